@@ -17,8 +17,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lod.errors import InputError
-from lod.metric.family import Metric
-from lod.pruning.representation import Representation
+from lod.metric import Metric
+from lod.pruner import Representation
 from scenes.frame.layers import SKY_Z, Layers
 from scenes.preset.load import Setting
 from scenes.preset.load import load_preset as _load_preset

@@ -1,4 +1,7 @@
-"""The camera: the position of the eye in an endless plane, and the angle of one pixel."""
+"""A thin lens: how wide it spreads the image of a point that is not in focus.
+
+The camera: the position of the eye in an endless plane, and the angle of one pixel.
+"""
 
 import math
 from dataclasses import dataclass, replace
@@ -8,7 +11,30 @@ import numpy as np
 
 from lod.arrays import freeze, frozen
 from lod.errors import InputError
-from lod.thin_lens import ThinLens
+
+
+@dataclass(frozen=True)
+class ThinLens:
+    """An ideal lens with a round opening.
+
+    diameter_m  of the opening: focal length over f-number [m]
+    focus_m     distance along the camera's axis at which things are sharp [m]; may be infinite
+
+    A point at distance z along the axis covers a disc of the angle A·|1/z − 1/s|, A the diameter
+    and s the focus (Potmesil & Chakravarty, "A lens and aperture camera model for synthetic image
+    generation", SIGGRAPH 1981, with the angle taken at the lens and the field of view that of the
+    picture in focus).
+    """
+
+    diameter_m: float
+    focus_m: float
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.diameter_m) and self.diameter_m > 0):
+            raise InputError("lens diameter", self.diameter_m, "finite and above 0 m")
+        if not self.focus_m > 0:
+            raise InputError("camera.focus", self.focus_m, "above 0 m", "focus before the camera")
+
 
 GRID_M = 16.0
 """Side of the grid squares that carry the eye; a frame's geometry is relative to one corner."""

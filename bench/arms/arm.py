@@ -3,8 +3,8 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from lod.pruning.pruner import prune
-from lod.pruning.view import View
+from lod.pruner import prune
+from lod.view import View
 from scenes.field.species_field import SpeciesField
 from scenes.frame.assemble import assemble_frame
 from scenes.frame.displayed import DisplayedRepresentation, display

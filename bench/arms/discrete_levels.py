@@ -14,12 +14,10 @@ import numpy as np
 from bench.arms.arm import Arm, Updater, engine_view, frame_of
 from bench.arms.plain_arms import DETAILS_PX
 from lod.arrays import ArrayData, FloatArray, IntArray
-from lod.metric.family import Metric
-from lod.pruning.parts import Parts
-from lod.pruning.pruner import Cut, cut_from_parts, prune
-from lod.pruning.view import View
-from lod.pruning.view_geometry import distance
-from scenes.field.poisson_cells import CellSamples
+from lod.metric import Metric
+from lod.pruner import Cut, Parts, cut_from_parts, prune
+from lod.view import View, distance
+from scenes.field.cells import CellSamples
 from scenes.field.species_field import SpeciesField
 from scenes.frame.displayed import DisplayedRepresentation, display
 from scenes.preset.tables import Preset

@@ -5,10 +5,9 @@ from dataclasses import replace
 import numpy as np
 
 from bench.arms.arm import Arm, Updater, by_view, engine_view, frame_of
-from lod.metric.family import METRICS, Metric, full
-from lod.pruning.view import View
-from lod.pruning.view_geometry import in_view
-from scenes.field.cell_search import candidates
+from lod.metric import METRICS, Metric, full
+from lod.view import View, in_view
+from scenes.field.cells import candidates
 from scenes.field.species_field import SpeciesField
 from scenes.frame.assemble import assemble_frame
 from scenes.frame.displayed import DisplayedRepresentation, display

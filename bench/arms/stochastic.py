@@ -18,15 +18,14 @@ import numpy as np
 from bench.arms.arm import Arm, Updater, engine_view, frame_of
 from bench.arms.plain_arms import DETAILS_PX
 from lod.arrays import ArrayData, FloatArray, IntArray, expand
-from lod.pruning.parts import BlendWeights
-from lod.pruning.pruner import Cut
-from lod.pruning.shapes import Sticks
-from lod.pruning.view import View
-from scenes.field.cell_search import candidates
+from lod.pruner import BlendWeights, Cut
+from lod.shapes import Sticks
+from lod.view import View
+from scenes.field.cells import candidates
+from scenes.field.emission import emit
 from scenes.field.part_tables import DisplayedSticks
-from scenes.field.posed_species import SpeciesPrototypes
+from scenes.field.prototypes import SpeciesPrototypes
 from scenes.field.species_field import SpeciesField
-from scenes.field.stick_emission import emit
 from scenes.frame.displayed import DisplayedRepresentation
 from scenes.preset.tables import Preset
 from scenes.rig.pose_tables import Instances
@@ -84,7 +83,7 @@ def elements_of(prototypes: SpeciesPrototypes) -> Elements:
 
 
 def _areas(prototypes: SpeciesPrototypes, sticks: DisplayedSticks) -> FloatArray:
-    """Compute the mean outline area of each stick, posed once (lod.pruning.area_scaling) [m²]."""
+    """Compute the mean outline area of each stick, posed once (lod.crossfade) [m²]."""
     v = len(prototypes.part_tables.hierarchies)
     zeros, kinds = np.zeros(v), np.arange(v)
     legs = np.zeros((v, prototypes.pose_tables.max_legs, 6))

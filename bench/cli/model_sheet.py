@@ -6,13 +6,12 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from lod.atmosphere.air import CLEAR
+from lod.air import CLEAR
 from lod.camera import Camera, Corner, camera_from_heading
-from lod.metric.family import METRICS
-from lod.pruning.parts import Parts
-from lod.pruning.pruner import cut_from_parts, prune
-from lod.pruning.view import View
-from scenes.field.placed_object import Placed
+from lod.metric import METRICS
+from lod.pruner import Parts, cut_from_parts, prune
+from lod.view import View
+from scenes.field.species_field import Placed
 from scenes.frame.displayed import display
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.layers import Layers

@@ -11,11 +11,17 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from lod.law.flat_ground import count_variance, disc_areas, expected_count, limits_seen
-from lod.law.ground_quadrature import ground_quadrature
-from lod.law.uneven_ground import CountMoments, count_moments
-from lod.pruning.pruner import Cut, prune
-from lod.pruning.view import View
+from lod.law import (
+    CountMoments,
+    count_moments,
+    count_variance,
+    disc_areas,
+    expected_count,
+    ground_nodes,
+    limits_seen,
+)
+from lod.pruner import Cut, prune
+from lod.view import View
 from scenes.field.species_field import SpeciesField
 from scenes.world.world import World
 
@@ -152,7 +158,7 @@ def predict(each: SpeciesField, view: View) -> CountMoments | None:
     if view.look_around and low == high and each.extent is None and not each.species.habitat:
         return _flat(each, view, high)
     farthest = math.inf if each.extent is None else _farthest_corner(each, view)
-    net = ground_quadrature(trees, view, _NODES, farthest)
+    net = ground_nodes(trees, view, _NODES, farthest)
     if each.extent is not None:
         net = type(net)(net.xy, np.where(_in_window(each, view, net.xy), net.area, 0.0), net.turn)
     if each.species.habitat is not None:

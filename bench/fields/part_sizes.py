@@ -19,14 +19,13 @@ from bench.records.provenance import scene_digest
 from bench.statistics.estimates import Estimate, two_sided_share
 from lod.arrays import Reals
 from lod.camera import Camera, Corner, camera_from_heading
-from lod.law.flat_ground import chained_limits, disc_areas
-from lod.metric.family import METRICS
-from lod.pruning.pruner import prune
-from lod.pruning.view import View
-from lod.pruning.view_geometry import distance
-from lod.vision.contrast import CONTRAST_CLASSES
-from lod.vision.viewer import ViewingConditions
-from scenes.field.species import Species
+from lod.eye import CONTRAST_CLASSES
+from lod.law import chained_limits, disc_areas
+from lod.metric import METRICS
+from lod.pruner import prune
+from lod.view import View, distance
+from lod.viewing import ViewingConditions
+from scenes.field.placement import Species
 from scenes.field.species_field import SpeciesField
 from scenes.sticks.prototype import Prototype
 

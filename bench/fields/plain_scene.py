@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from lod.pruning.pruner import prune
-from lod.pruning.view import View
+from lod.pruner import prune
+from lod.view import View
 from scenes.frame.assemble import frame_quality
 from scenes.frame.displayed import display
 from scenes.frame.frame_input import FrameInput

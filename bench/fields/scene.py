@@ -8,11 +8,10 @@ from functools import lru_cache
 import numpy as np
 
 from bench.fields.cases import Case
-from lod.atmosphere.air import Air, least_extinction
+from lod.air import Air, least_extinction
 from lod.camera import Corner, camera_from_heading
-from lod.pruning.view import View
-from lod.vision.blur_cascade import BlurWidths
-from lod.vision.viewer import ViewingConditions
+from lod.view import View
+from lod.viewing import BlurWidths, ViewingConditions
 from scenes.models.boulder import boulder_prototypes
 from scenes.models.people.people import standing_people
 from scenes.models.sward import tuft_prototypes

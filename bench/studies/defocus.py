@@ -37,15 +37,12 @@ from bench.statistics.estimates import Estimate, two_sided_mean
 from bench.statistics.excess_flip import LEAST_PAIRS, flip_by_pixel
 from bench.statistics.extrapolated_error import noise_free, one_sided_mean
 from lod.arrays import Reals
+from lod.camera import ThinLens
 from lod.errors import InputError
-from lod.metric.family import METRICS
-from lod.pruning.pruner import prune
-from lod.pruning.view import View
-from lod.pruning.view_geometry import distance
-from lod.thin_lens import ThinLens
-from lod.vision.blur_cascade import BlurWidths
-from lod.vision.defocus import Defocus, defocus_width, defocused_distance
-from lod.vision.viewer import ViewingConditions
+from lod.metric import METRICS
+from lod.pruner import prune
+from lod.view import View, distance
+from lod.viewing import BlurWidths, Defocus, ViewingConditions, defocus_width, defocused_distance
 from scenes.frame.assemble import frame_light, frame_quality
 from scenes.frame.displayed import display
 from scenes.frame.frame_input import FrameInput

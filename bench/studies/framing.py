@@ -18,7 +18,7 @@ from bench.cli.progress import counted
 from bench.count.count_frame import predict
 from bench.records.study_record import study_record, write_study_record
 from bench.statistics.estimates import LEAST_REPEATS, two_sided_mean
-from lod.pruning.pruner import prune
+from lod.pruner import prune
 from scenes.preset.load import load_preset
 from scenes.world.view import view_at
 from scenes.world.world import build_world

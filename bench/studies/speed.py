@@ -24,13 +24,12 @@ from bench.cli.output import table
 from bench.fields.plain_scene import first_view, plain_scene, scene_bytes, scene_hash
 from bench.runner.timing import interleaved_seconds
 from bench.statistics.estimates import two_sided_median
-from lod.pruning.crossfade import blend_weights
-from lod.pruning.pruner import prune
-from lod.pruning.view import View
-from scenes.field.cell_search import cells_in_reach, search_spans
+from lod.crossfade import blend_weights
+from lod.pruner import prune
+from lod.view import View
+from scenes.field.cells import cells_in_reach, search_spans
 from scenes.field.species_field import SpeciesField
-from scenes.field.traversal import traverse
-from scenes.field.traversal_tables import node_limits
+from scenes.field.traversal import node_limits, traverse
 from scenes.frame.displayed import DisplayedRepresentation
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.quality import Quality

@@ -19,11 +19,11 @@ from numba import njit
 from bench.cli.output import table
 from bench.cli.progress import counted
 from lod.camera import Camera
-from lod.metric.family import METRICS
-from lod.pruning.crossfade import blend_weights
-from lod.pruning.pruner import prune
-from lod.pruning.shapes import Triangles
-from lod.pruning.view import View
+from lod.crossfade import blend_weights
+from lod.metric import METRICS
+from lod.pruner import prune
+from lod.shapes import Triangles
+from lod.view import View
 from scenes.preset.load import load_preset
 from scenes.terrain.terrain import Terrain
 from scenes.world.camera_path import camera_at

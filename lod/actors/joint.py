@@ -7,7 +7,10 @@ import numpy as np
 
 from lod.actors.quaternion import (
     IDENTITY,
+    Components,
     Quaternion,
+    Vector,
+    VectorLike,
     components,
     from_rotation_vector,
     rotate,
@@ -15,7 +18,6 @@ from lod.actors.quaternion import (
     unit,
     vector,
 )
-from lod.actors.vectors import Components, Vector, VectorLike
 from lod.errors import InputError
 
 RotationLike = Quaternion | Sequence[float] | np.ndarray

@@ -1,4 +1,6 @@
-"""Quaternions as numbers: rotations that can be multiplied, divided and mixed with reals (§3.3).
+"""What are vectors and components of quaternions as plain data? Tuples, which need no library.
+
+Quaternions as numbers: rotations that can be multiplied, divided and mixed with reals (§3.3).
 
 They are drjit's scalar quaternions, with components i, j, k and then the real part (x, y, z, w).
 A vector is a quaternion whose real part is 0; a rotation is one of length 1. Products combine
@@ -13,12 +15,19 @@ Therefore state is stored as a tuple (``components``), and every quaternion retu
 """
 
 import math
+from collections.abc import Sequence
 from typing import TypeAlias
 
+import numpy as np
 from drjit.scalar import Quaternion4f64
 
-from lod.actors.vectors import Components, Vector, VectorLike
 from lod.errors import InputError
+
+Vector = tuple[float, float, float]
+VectorLike = Sequence[float] | np.ndarray
+Components = tuple[float, float, float, float]
+"""i, j, k and the real part."""
+
 
 Quaternion: TypeAlias = Quaternion4f64
 

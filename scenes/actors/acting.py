@@ -1,23 +1,177 @@
-"""How a scene acts, frame by frame: cues of the script, then behaviours, the most urgent first.
+"""By how much an actor that coasts may be off on the image: the temporal metric of actors (§2).
+
+A body keeps its speed and its rate of turning until it is told to go otherwise, and both change by
+no more than ``ACCELERATION`` a and ``SPIN_ACCELERATION`` α a second since it was told.
+So t seconds after that, against a body that was told anew all the time, with v its speed, u and Δ
+that speed and a·t as shares of its own walk's,
+
+    its place is off by at most    a·t²/2 + v·α·t³/6,
+    its parts, for its turning, by r·min(α·t²/2, 2),
+    for its cadence by             w·c·a·t²/2, c the steepest rise of the cadence near u,
+    for its stride by              1.5·l·|f − f(u)|, f the stride at u − Δ or u + Δ,
+    for feet that stay planted by  min(p·|log(f/f(u))|, 2·l),
+    and where it shuffles by       l·min(1, Δ/SLOWEST + 1/8) + w·v'·t,
+
+where r is how far it reaches from the vertical through its place, w the speed of its fastest part
+against its own, p how far such a part goes in a cycle times the share of it by which the prints of
+standing feet lie ahead at most (``motions.planted_phase``), l how far a part is at most from where
+it rests, and v' the speed whose strides are as quick as those of ``SLOWEST``; it may shuffle where
+u − Δ is below that. Seen from a distance d, that is (the sum)/((d − b)·θ) pixels, b its bound. It
+holds over level ground. What messages hold is not in it: whose limbs were moved by the last update
+is updated in every frame, and r of whom a message holds is b.
+
+How a scene acts, frame by frame: cues of the script, then behaviours, the most urgent first.
 
 With a threshold, an actor is updated when it may be off by more than that on the image
-(``scenes.actors.urgency``), or has coasted for ``LONGEST_COAST_S``, or is sent a message: whoever
+(``scenes.actors.acting``), or has coasted for ``LONGEST_COAST_S``, or is sent a message: whoever
 is asked is brought up to date first. With a budget no more than so many are, the most urgent first.
 """
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
 from lod.actors.message import Message, ask, change
-from lod.arrays import Flags, Reals
+from lod.arrays import ArrayData, Flags, FloatArray, Reals
 from scenes.actors.behaviour import Process
-from scenes.actors.performance import ActedFrame, Eye, Held, X
+from scenes.actors.body import ACCELERATION, SPIN_ACCELERATION, reach_in_plan
+from scenes.actors.limb import (
+    EIGHTHS,
+    LONGEST_STRIDE,
+    SLOWEST,
+    STRIDE_POWER,
+    prints_ahead,
+    stick_ends,
+)
+from scenes.actors.performance import ActedFrame, Eye, Held, X, Y
 from scenes.actors.stage import CAMERA, Stage, Standings
-from scenes.actors.urgency import Lens, Restlessness, bound_px
+from scenes.models.catalogue import at_rest
 from scenes.rig.rigged_prototype import RiggedPrototype
+
+STRAIGHT_LEG = 1.5
+"""How much farther than its foot the knee of a nearly straight leg may move: seen, up to 1.45."""
+
+
+@dataclass(frozen=True, eq=False)
+class Restlessness(ArrayData):
+    """How much of n bodies may move, (n,) each.
+
+    bound   B of the whole [m]
+    reach   r, from the vertical through its place [m]
+    walk    w
+    planted p [m]
+    travel  l [m]
+    own     speed of its prototype's walk, 0 of one that does not walk [m/s]
+    """
+
+    bound: FloatArray
+    reach: FloatArray
+    walk: FloatArray
+    planted: FloatArray
+    travel: FloatArray
+    own: FloatArray
+
+    @staticmethod
+    def of(prototypes: Sequence[RiggedPrototype]) -> "Restlessness":
+        """Collect them of the prototypes of bodies, one each."""
+        rows = np.array([_of_one(each) for each in prototypes]).reshape(-1, 6)
+        return Restlessness(*rows.T)
+
+    def with_held(self, held: Held) -> "Restlessness":
+        """Return the same, where what messages hold may reach anywhere within the bound."""
+        if not held:
+            return self
+        reach, rows = self.reach.copy(), list(held)
+        reach[rows] = self.bound[rows]
+        return replace(self, reach=reach)
+
+
+@dataclass(frozen=True)
+class Lens:
+    """What a camera resolves: θ of a pixel [rad], and half its widest angle of view [rad].
+
+    offscreen  share of the detail that is kept out of view
+    """
+
+    theta: float
+    half_angle: float
+    offscreen: float
+
+
+def offset_bound_m(bodies: Restlessness, speed: Reals, since_s: Reals) -> Reals:
+    """Bound how far a part is from where coasting has it, (n,) [m]."""
+    t, a, alpha = since_s, ACCELERATION, SPIN_ACCELERATION
+    straight = a * t**2 / 2
+    place = straight + speed * alpha * t**3 / 6
+    turned = bodies.reach * np.minimum(alpha * t**2 / 2, 2.0)
+    own = np.maximum(bodies.own, 1e-9)
+    now, more = speed / own, a * t / own
+    low, high = now - more, now + more
+    walked = bodies.walk * _steepest_cadence(low, high) * straight
+    stride = _stride(now)
+    strides = np.maximum(stride - _stride(low), _stride(high) - stride)
+    change = np.maximum(np.log(stride / _stride(low)), np.log(_stride(high) / stride))
+    most = 2.0 * bodies.travel
+    planted = np.where(low < SLOWEST, most, np.minimum(bodies.planted * change, most))
+    blend = np.minimum(1.0, more / SLOWEST + 1.0 / EIGHTHS)
+    shuffled = bodies.walk * own * SLOWEST ** (1.0 - STRIDE_POWER) * t
+    slow = np.where(low < SLOWEST, bodies.travel * blend + shuffled, 0.0)
+    stepped = walked + STRAIGHT_LEG * bodies.travel * strides + slow
+    stepped += np.where(now > 0, planted, 0.0)
+    return np.where(t > 0, place + turned + np.where(bodies.own > 0, stepped, 0.0), 0.0)
+
+
+def _stride(relative: Reals) -> Reals:
+    """Find the stride at a speed, both as shares of the prototype's own."""
+    found: Reals = np.minimum(np.maximum(relative, SLOWEST) ** STRIDE_POWER, LONGEST_STRIDE)
+    return found
+
+
+def _steepest_cadence(low: Reals, high: Reals) -> Reals:
+    """Find how steeply the cadence rises with speed, both as shares of the prototype's own."""
+    rise = (1.0 - STRIDE_POWER) * np.maximum(low, SLOWEST) ** -STRIDE_POWER
+    capped = high > LONGEST_STRIDE ** (1.0 / STRIDE_POWER)
+    return np.where(capped, np.maximum(rise, 1.0 / LONGEST_STRIDE), rise)
+
+
+def bound_px(
+    bodies: Restlessness, stand: Standings, now_s: float, eye: Eye, lens: Lens
+) -> tuple[Reals, Reals]:
+    """Bound by how much a part of each body is off on the image [px], and how urgent that is, (n,).
+
+    Urgency is the same bound in view; out of view, where there are shadows alone, less.
+    """
+    off = offset_bound_m(bodies.with_held(stand.held), stand.speed, now_s - stand.went)
+    away = stand.places[:, (X, Y)] - np.array(eye[:2])
+    d = np.maximum(np.hypot(*away.T) - bodies.bound, 0.1)
+    px = off / d / lens.theta
+    a = np.radians(eye.heading)
+    ahead = away @ np.array((np.sin(a), np.cos(a)))
+    apart = np.arccos(np.clip(ahead / np.maximum(np.hypot(*away.T), 1e-9), -1, 1))
+    margin = np.arcsin(np.clip((bodies.bound + off) / (d + bodies.bound), 0, 1))
+    seen = apart < lens.half_angle + margin
+    return px, np.where(seen, px, px * lens.offscreen)
+
+
+@lru_cache(maxsize=256)
+def _of_one(prototype: RiggedPrototype) -> tuple[float, ...]:
+    motion, bound = prototype.motion, float(prototype.hierarchy.B[0])
+    walking, resting = stick_ends(prototype), stick_ends(at_rest(prototype))
+    if walking.shape[1] == 0:
+        return bound, reach_in_plan(prototype), 0.0, 0.0, 0.0, 0.0
+    swung = float(np.hypot(walking[..., 0], walking[..., 1]).max())
+    reach = max(reach_in_plan(prototype), swung)
+    if motion.stride == 0:
+        return bound, reach, 0.0, 0.0, 0.0, 0.0
+    step = np.linalg.norm(np.roll(walking, -1, axis=0) - walking, axis=-1).max() * len(walking)
+    travel = np.linalg.norm(walking - resting, axis=-1).max()
+    ahead = max(abs(prints_ahead(motion, phase)) for phase in np.linspace(0, 1, 65).tolist())
+    walk, planted = float(step) / motion.stride, float(step) * ahead
+    return bound, reach, walk, planted, float(travel), motion.speed
+
 
 LONGEST_COAST_S = 1.0
 """Longest time between two updates [s]."""

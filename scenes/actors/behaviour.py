@@ -1,4 +1,6 @@
-"""What a behaviour is: a plain generator that sees the world only by the answers to messages.
+"""A limit on the time that somebody else's code may take.
+
+What a behaviour is: a plain generator that sees the world only by the answers to messages.
 
 >>> def greet(me):
 ...     heading = yield ask("ann", "heading")
@@ -9,10 +11,13 @@ A yield gives the value of the answer, and raises ``Refused`` there where the me
 generator that ends leaves its actor as it is.
 """
 
+import contextlib
 import hashlib
-from collections.abc import Callable, Generator, Mapping
+import signal
+import threading
+from collections.abc import Callable, Generator, Iterator, Mapping
 from dataclasses import dataclass, field
-from types import GeneratorType
+from types import FrameType, GeneratorType
 from typing import Any
 
 import numpy as np
@@ -20,8 +25,38 @@ import numpy as np
 from lod.actors.message import Message, Refusal, Refused
 from lod.actors.object_with_parts import ObjectWithParts
 from lod.errors import InputError
-from scenes.actors.time_limit import TimeLimitError, time_limit
 from scenes.processes.signals import came_from_outside
+
+
+class TimeLimitError(BaseException):
+    """The time is up; no ``except Exception`` catches it."""
+
+
+@contextlib.contextmanager
+def time_limit(seconds: float) -> Iterator[None]:
+    """Raise TimeLimitError within, once so many seconds have gone by.
+
+    It works by an alarm, which only the main thread gets; within another limit and in other threads
+    nothing is done.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    if signal.getitimer(signal.ITIMER_REAL)[0] > 0:
+        yield
+        return
+    before = signal.signal(signal.SIGALRM, _time_is_up)
+    signal.setitimer(signal.ITIMER_REAL, seconds, 1.0)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+
+
+def _time_is_up(number: int, frame: FrameType | None) -> None:
+    raise TimeLimitError
+
 
 MOST_MESSAGES = 2000
 """Messages that a behaviour may send at one update."""

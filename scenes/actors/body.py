@@ -20,6 +20,8 @@ Answer(value=None)
 >>> joe.receive(ask("right leg/toot", "held"))  # doctest: +NORMALIZE_WHITESPACE
 Refusal(who='joe', why="has no part 'right leg/toot';
         the nearest known route is 'torso/right leg/lower leg/foot'")
+
+The camera of a scene among its actors: it goes where the preset says until messages move it.
 """
 
 import math
@@ -29,22 +31,24 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lod.actors.dispatch import mutator, query
+from lod.actors.actor import PositionableObject
 from lod.actors.joint import RevoluteJoint
-from lod.actors.message import (
-    Message,
-    Refusal,
-    Refused,
-    Route,
-    ask,
-    format_route,
-    nearest_route,
-)
-from lod.actors.quaternion import UP, rotation
-from lod.actors.vectors import Components
+from lod.actors.message import Message, Refusal, Refused, Route, ask, format_route, nearest_route
+from lod.actors.object_with_parts import mutator, query
+from lod.actors.quaternion import EAST, UP, Components, rotation
 from lod.errors import InputError
-from scenes.actors.limb import Limb, Pose, build_limbs, limb_routes, limb_tree
-from scenes.actors.motions import planted_phase, pose_at, step_at, with_share
+from scenes.actors.limb import (
+    Limb,
+    Pose,
+    build_limbs,
+    limb_routes,
+    limb_tree,
+    planted_phase,
+    pose_at,
+    step_at,
+    with_share,
+)
+from scenes.actors.performance import Eye
 from scenes.rig.rigged_prototype import RiggedPrototype
 
 Guard = Callable[[Message], Message | str]
@@ -69,7 +73,7 @@ class Posture(NamedTuple):
     """How a body stands at a time: its answer to the pruner, by which it is drawn.
 
     x, y    where it is [m]; yaw: where it faces, anticlockwise from x [rad]
-    phase, stride_factor, eighths, cadence  of its walk (``scenes.actors.motions``)
+    phase, stride_factor, eighths, cadence  of its walk (``scenes.actors.limb``)
     speed, spin  how it coasts from here [m/s, rad/s]
     went    when it was last told to go [s]
     held    rows of the joints that messages hold, with their orientations
@@ -311,3 +315,58 @@ def _in_order(names: Route, route: Route) -> bool:
     """Tell whether names stand in a route in their order, with others between them."""
     rest = iter(route)
     return all(name in rest for name in names)
+
+
+class CameraBody(PositionableObject):
+    """A camera on the preset's path; a message may put it elsewhere, turn it, or release it.
+
+    Its eye is its origin; it looks along its own y, its own z upwards.
+    """
+
+    def __init__(self, on_path: Eye) -> None:
+        super().__init__(name="camera")
+        self._placed = self._faced = False
+        self._stand(on_path)
+
+    @query
+    def eye(self) -> Eye:
+        """Return where it is and where it looks."""
+        return self._eye
+
+    @query
+    def moved(self) -> bool:
+        """Tell whether messages have put it elsewhere than the preset has it."""
+        return self._placed or self._faced
+
+    @mutator
+    def follow_path(self, on_path: Eye) -> None:
+        """Go on along the preset's path, as far as no message has moved it."""
+        now = self._eye
+        place = (now if self._placed else on_path)[:3]
+        self._stand(Eye(*place, *(now if self._faced else on_path)[3:]))
+
+    @mutator
+    def stand(self, x: float, y: float, height: float) -> None:
+        """Stand at a place [m], so high above the ground [m]."""
+        if height <= 0:
+            raise InputError("camera.stand", height, "a height above 0 m")
+        self._placed = True
+        self._stand(Eye(float(x), float(y), float(height), *self._eye[3:]))
+
+    @mutator
+    def face(self, heading: float, pitch: float) -> None:
+        """Look along a heading, clockwise from north, and a pitch above the horizon [degrees]."""
+        if abs(pitch) > 90:
+            raise InputError("camera.face", pitch, "a pitch within ±90 degrees")
+        self._faced = True
+        self._stand(Eye(*self._eye[:3], float(heading), float(pitch)))
+
+    @mutator
+    def release(self) -> None:
+        """Go back to the preset's path, from the next frame on."""
+        self._placed = self._faced = False
+
+    def _stand(self, eye: Eye) -> None:
+        turn = rotation(UP, -eye.heading) * rotation(EAST, eye.pitch)
+        self._set_joint(RevoluteJoint(eye[:3], turn))
+        self._eye = eye

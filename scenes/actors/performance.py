@@ -1,14 +1,46 @@
-"""What the actors of a scene do, frame by frame, as the pruner and the camera read it."""
+"""What the actors of a scene do, frame by frame, as the pruner and the camera read it.
 
+A pose track: all that actors do in all frames, as arrays, with a hash of them.
+
+Frames are replayed from it in any order. The numbers that act may differ in their last bits between
+processors; those of one track do not.
+
+The actors of a scene as the pruner sees them: posed as they answered, by a crowd's own walk.
+
+Actors of one model that stand alike but for place and phase share a row of the tables; what holds
+a limb by a message has a row of its own, whose motion has that limb at rest where it is held.
+"""
+
+import hashlib
+import io
+import json
+import zipfile
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import NamedTuple
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache, partial
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from lod.actors.vectors import Components
+from lod.actors.quaternion import Components
 from lod.arrays import ArrayData, FlagArray, FloatArray
+from lod.camera import GRID_M, Corner
 from lod.errors import InputError
+from lod.pruner import BlendWeights, Cut, Parts
+from lod.shapes import Sticks
+from lod.view import View
+from scenes.actors.limb import with_share
+from scenes.field.prototypes import (
+    InstancesInView,
+    SpeciesPrototypes,
+    instances_in_view,
+    shutter_times,
+    species_prototypes,
+)
+from scenes.rig.foot_placement import Placements, place_on_ground
+from scenes.rig.pose_tables import Instances
+from scenes.rig.rigged_prototype import RiggedPrototype
+from scenes.terrain.ground import Ground
 
 X, Y, YAW, PHASE, STRIDE_FACTOR, EIGHTHS = range(6)
 """Columns of ``ActedFrame.places``, as in ``scenes.actors.body.Posture``."""
@@ -116,3 +148,228 @@ def _between(a: Components, b: Components | None, share: float) -> Components:
     q = (1 - share) * np.array(a) + share * sign * np.array(b)
     x, y, z, w = (q / np.linalg.norm(q)).tolist()
     return x, y, z, w
+
+
+_NAMES = ("places", "updated", "bound_px", "eye", "held_at", "held_turn")
+
+
+class Track(NamedTuple):
+    """The frames 1 to F + 1 of n actors; rows of ``held`` are limbs that messages hold.
+
+    places (F + 1, n, 6), updated and bound_px (F + 1, n): as in ActedFrame
+    eye (F + 1, 5): NaN where the camera is as the preset has it
+    held_at (h, 3): frame − 1, actor and joint; held_turn (h, 4)
+    """
+
+    names: tuple[str, ...]
+    places: np.ndarray
+    updated: np.ndarray
+    bound_px: np.ndarray
+    eye: np.ndarray
+    held_at: np.ndarray
+    held_turn: np.ndarray
+
+    @property
+    def digest(self) -> str:
+        """Compute the SHA-256 of names, shapes and numbers, in little-endian order."""
+        found = hashlib.sha256(json.dumps(self.names).encode())
+        for array in self[1:]:
+            found.update(f"\n{array.dtype.name} {array.shape}\n".encode())
+            found.update(array.astype(array.dtype.newbyteorder("<"), copy=False).tobytes())
+        return found.hexdigest()
+
+
+def track_of(performance: Performance) -> Track:
+    """Act all frames, and lay them out as arrays."""
+    return _laid_out(performance.names, performance.all_frames())
+
+
+def performance_of(track: Track) -> Performance:
+    """Return the frames of a track."""
+    held: list[Held] = [{} for _ in track.places]
+    for (frame, actor, joint), turn in zip(
+        track.held_at.tolist(), track.held_turn.tolist(), strict=True
+    ):
+        x, y, z, w = turn
+        held[frame][actor] = (*held[frame].get(actor, ()), (joint, (x, y, z, w)))
+    frames = [
+        ActedFrame(places, updated, bound, limbs, None if np.isnan(eye[0]) else Eye(*eye.tolist()))
+        for places, updated, bound, eye, limbs in zip(*track[1:5], held, strict=True)
+    ]
+    return Performance(track.names, frames, None, len(frames) - 1)
+
+
+def to_bytes(track: Track) -> bytes:
+    """Pack a track, with its hash."""
+    target = io.BytesIO()
+    found: dict[str, Any] = dict(zip(_NAMES, track[1:], strict=True))
+    found |= {"names": json.dumps(track.names), "sha256": track.digest, "by": "lodbench"}
+    np.savez_compressed(target, **found)
+    return target.getvalue()
+
+
+def from_bytes(data: bytes) -> Track:
+    """Unpack a track. Raises ValueError for what is none, or is not as it was written."""
+    try:
+        with np.load(io.BytesIO(data), allow_pickle=False) as file:
+            names = tuple(json.loads(str(file["names"])))
+            track = Track(names, *(file[name] for name in _NAMES))
+            digest = str(file["sha256"])
+    except (OSError, EOFError, KeyError, zipfile.BadZipFile) as error:
+        raise ValueError(str(error)) from error
+    if track.digest != digest:
+        raise ValueError("its numbers do not have the hash that it says")
+    return track
+
+
+def _laid_out(names: Sequence[str], frames: Sequence[ActedFrame]) -> Track:
+    at = [
+        (frame, actor, joint)
+        for frame, each in enumerate(frames)
+        for actor in sorted(each.held)
+        for joint, _ in each.held[actor]
+    ]
+    turns = [turn for each in frames for actor in sorted(each.held) for _, turn in each.held[actor]]
+    return Track(
+        tuple(names),
+        np.array([each.places for each in frames]).reshape(len(frames), len(names), 6),
+        np.array([each.updated for each in frames]).reshape(len(frames), len(names)),
+        np.array([each.bound_px for each in frames]).reshape(len(frames), len(names)),
+        np.array([each.eye or (np.nan,) * 5 for each in frames], np.float64),
+        np.array(at, np.int64).reshape(-1, 3),
+        np.array(turns, np.float64).reshape(-1, 4),
+    )
+
+
+_HeldRows = tuple[tuple[int, Components], ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Standing:
+    """How actors stand at one moment.
+
+    actor       (n,) number of each
+    places      (n, 6) as in ActedFrame
+    prototypes  the poses that occur
+    row         (n,) which of them each has
+    """
+
+    actor: np.ndarray
+    places: np.ndarray
+    prototypes: SpeciesPrototypes
+    row: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Cast:
+    """A Representation: the live actors of a scene.
+
+    prototypes  (n,) of each actor
+    fps         frames a second
+    """
+
+    performance: Performance
+    prototypes: tuple[RiggedPrototype, ...]
+    ground: Ground
+    fps: float
+    name: str = "actors"
+
+    @cached_property
+    def highest_m(self) -> float:
+        """Return the height above the ground that no actor exceeds [m]."""
+        trees = [each.hierarchy for each in self.prototypes]
+        return max((float(tree.position[0, 2] + tree.B[0]) for tree in trees), default=0.0)
+
+    def name_of(self, cut: Cut, row: int) -> str:
+        """Return the name of the actor in a row of the objects of a cut."""
+        standing: Standing = cut.parts.state.samples
+        return self.performance.names[int(standing.actor[row])]
+
+    def roots(self, view: View) -> Parts:
+        """Return all actors, near or far."""
+        objects = self._in_view(view)
+        return objects.samples.prototypes.wholes(objects, view)
+
+    def cut(self, view: View) -> Cut:
+        """Find what is displayed of them, by the compiled traversal."""
+        objects = self._in_view(view)
+        return objects.samples.prototypes.cut(objects, view, len(objects))
+
+    def parts_of(self, parts: Parts, view: View) -> Parts:
+        """Return the parts that ``parts`` own directly."""
+        return parts.state.samples.prototypes.parts_of(parts, view)
+
+    def appearance(self, parts: Parts, weights: BlendWeights) -> Sticks:
+        """Return the sticks of the displayed parts."""
+        return parts.state.samples.prototypes.appearance(parts, weights)
+
+    def later(self, parts: Parts, view: View, time_s: float) -> Parts:
+        """Return the same parts, posed as they are at another time [s]."""
+        before: Standing = parts.state.samples
+        then = self._standing(time_s, before)
+        instances = self._placed(then, view.camera.corner)
+        first, now = (each.prototypes.part_tables.root[each.row] for each in (before, then))
+        part = parts.part + (now - first)[parts.object]
+        state = InstancesInView(instances, then, parts.state.motion_step)
+        return replace(parts, part=part, state=state)
+
+    def _in_view(self, view: View) -> InstancesInView:
+        now = self._standing(view.time_s)
+        placed = []
+        for time_s in shutter_times(view):
+            there = replace(self._standing(time_s, now), prototypes=now.prototypes, row=now.row)
+            placed.append(self._placed(there, view.camera.corner))
+        return instances_in_view(now.prototypes, now, view, placed)
+
+    def _standing(self, time_s: float, before: Standing | None = None) -> Standing:
+        """Find how actors stand at a time; those of ``before``, where it is given, in their order.
+
+        Of those who have left since, as they stood.
+        """
+        acted = self.performance.between(1 + time_s * self.fps)
+        actor = before.actor if before else np.flatnonzero(np.isfinite(acted.places[:, X]))
+        places = acted.places[actor]
+        if before is not None:
+            places = np.where(np.isfinite(places), places, before.places)
+        variants = [self._variant(acted, k, places[i]) for i, k in enumerate(actor.tolist())]
+        rows = {each: row for row, each in enumerate(dict.fromkeys(variants))}
+        row = np.array([rows[each] for each in variants], np.int64)
+        return Standing(actor, places, species_prototypes(tuple(rows)), row)
+
+    def _variant(self, acted: ActedFrame, actor: int, place: np.ndarray) -> RiggedPrototype:
+        held = acted.held.get(actor, ())
+        return posed_prototype(self.prototypes[actor], int(place[EIGHTHS]), held)
+
+    def _placed(self, standing: Standing, corner: Corner) -> Instances:
+        places = standing.places
+        xy = places[:, (X, Y)] - np.array((corner.x, corner.y)) * GRID_M
+        return place_on_ground(
+            standing.prototypes.pose_tables,
+            partial(self.ground.height, corner),
+            Placements(
+                xy,
+                cos=np.cos(places[:, YAW]),
+                sin=np.sin(places[:, YAW]),
+                prototype=standing.row,
+                phase=places[:, PHASE],
+                stride_factor=places[:, STRIDE_FACTOR],
+            ),
+        )
+
+
+@lru_cache(maxsize=1024)
+def posed_prototype(prototype: RiggedPrototype, eighths: int, held: _HeldRows) -> RiggedPrototype:
+    """Return the prototype with so much of its walk, and joints held in these orientations.
+
+    A leg of which a joint is held does not follow the ground.
+    """
+    moving = with_share(prototype, eighths)
+    if not held:
+        return moving
+    rotations = moving.motion.rotations.copy()
+    rows = [row for row, _ in held]
+    rotations[:, rows] = [turn for _, turn in held]
+    feet = moving.motion.feet
+    free = np.flatnonzero(~np.isin(feet.legs, rows).any(axis=1))
+    kept = replace(feet, **{name: column[free] for name, column in vars(feet).items()})
+    return moving.with_motion(replace(moving.motion, rotations=rotations, feet=kept))

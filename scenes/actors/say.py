@@ -16,12 +16,10 @@ from typing import Any, NamedTuple
 
 from lod.actors.joint import RevoluteJoint
 from lod.actors.message import Message, Refused, ask, change, parse_route
-from lod.actors.quaternion import Quaternion, components, rotation
-from lod.actors.vectors import Vector
+from lod.actors.quaternion import Quaternion, Vector, components, rotation
 from lod.errors import InputError
 from scenes.actors.behaviour import Acts
-from scenes.actors.body import Body
-from scenes.actors.camera_body import CameraBody
+from scenes.actors.body import Body, CameraBody
 from scenes.actors.limb import Limb
 
 _NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)(deg|m/s|m|s|)")

@@ -12,12 +12,10 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
-from lod.actors.dispatch import mutator, query
 from lod.actors.message import Action, Message, Refusal, Refused, Route, ask, change, parse_route
-from lod.actors.object_with_parts import ObjectWithParts
-from lod.actors.vectors import Vector
-from scenes.actors.body import Body, Posture
-from scenes.actors.camera_body import CameraBody
+from lod.actors.object_with_parts import ObjectWithParts, mutator, query
+from lod.actors.quaternion import Vector
+from scenes.actors.body import Body, CameraBody, Posture
 from scenes.actors.performance import PHASE, YAW, Eye, Held, X, Y
 
 CAMERA = "camera"

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from lod.arrays import Ints
-from lod.pruning.parts import Parts
+from lod.pruner import Parts
 from scenes.dust.footfalls import Footfalls, Legs, Walkers, footfalls, landing
 from scenes.dust.growth import GRAINS, GRAINS_EACH, LEAST_AREA, LIFE_S, WISPS, WISPS_EACH
 from scenes.dust.part_ids import decode, decode_ids, grain_id, puff_id, wisp_id

@@ -24,10 +24,10 @@ import numpy as np
 from jaxtyping import Float64
 
 from lod.arrays import Ints, Points, Reals
-from lod.metric.hierarchy import Hierarchy
-from lod.pruning.parts import BlendWeights, Parts
-from lod.pruning.shapes import Sticks
-from lod.pruning.view import View
+from lod.hierarchy import Hierarchy
+from lod.pruner import BlendWeights, Parts
+from lod.shapes import Sticks
+from lod.view import View
 from scenes.dust import growth
 from scenes.dust.appearance import (
     DustFrame,
@@ -40,11 +40,10 @@ from scenes.dust.footfalls import Legs, Walkers, fastest, object_keys
 from scenes.dust.growth import GRAINS, GRAINS_EACH, LIFE_S, WISPS, WISPS_EACH
 from scenes.dust.puffs import Air, trail_centres
 from scenes.dust.soil import Soil
-from scenes.field.cell_search import candidates
+from scenes.field.cells import SearchBounds, candidates, search_bounds
 from scenes.field.placement import patrol_orbits
-from scenes.field.search_bounds import SearchBounds, search_bounds
 from scenes.field.species_field import SpeciesField
-from scenes.noise.philox import hash_name
+from scenes.noise import hash_name
 from scenes.particles.shapes import ball_sticks
 
 

@@ -16,7 +16,7 @@ from numba import njit
 from lod.arrays import Ints, Reals
 from lod.camera import Corner
 from scenes.gait.patrol import PatrolOrbit
-from scenes.noise.philox import philox, unit_float
+from scenes.noise import philox4x64, unit_float
 from scenes.rig.footprints import print_and_swing
 from scenes.rig.keyframes import Motion
 
@@ -156,7 +156,7 @@ def object_keys(cell_x, cell_y, index, seed, word):  # type: ignore[no-untyped-d
     found = np.empty(len(index), np.int64)
     for i in range(len(index)):
         x, y, block = np.uint64(cell_x[i]), np.uint64(cell_y[i]), np.uint64(index[i])
-        found[i] = np.int64(philox(x, y, block, np.uint64(0), seed, word)[0])
+        found[i] = np.int64(philox4x64(x, y, block, np.uint64(0), seed, word)[0])
     return found
 
 
@@ -166,7 +166,7 @@ def random_units(key, footfall, number, seed, word):  # type: ignore[no-untyped-
     u = np.empty((len(key), 4))
     for i in range(len(key)):
         who, which, block = np.uint64(key[i]), np.uint64(footfall[i]), np.uint64(number[i])
-        words = philox(who, which, block, np.uint64(1), seed, word)
+        words = philox4x64(who, which, block, np.uint64(1), seed, word)
         for k in range(4):
             u[i, k] = unit_float(words[k])
     return u

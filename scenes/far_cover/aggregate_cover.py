@@ -13,7 +13,7 @@ from jaxtyping import Float64
 from numba import njit
 
 from lod.arrays import Points, Reals
-from lod.canopy.gap_fraction import (
+from lod.canopy import (
     LEAST_LIGHT,
     cover_depths,
     covered_share,
@@ -21,10 +21,9 @@ from lod.canopy.gap_fraction import (
     surface_irradiance,
     undisplayed_share,
 )
-from lod.metric.hierarchy import Hierarchy
-from lod.motion.image_motion import motion_steps
-from lod.pruning.view import View
-from lod.pruning.view_geometry import distance
+from lod.hierarchy import Hierarchy
+from lod.motion import motion_steps
+from lod.view import View, distance
 from scenes.far_cover.stand_appearance import (
     AZIMUTHS_DEG,
     DEPRESSIONS_DEG,
@@ -32,7 +31,7 @@ from scenes.far_cover.stand_appearance import (
     measure_stand,
 )
 from scenes.far_cover.stand_paths import MAX_DEPTH
-from scenes.field.species import Species
+from scenes.field.placement import Species
 from scenes.sticks.appearance.sky import Sky
 
 Shares = Float64[np.ndarray, "n k"]

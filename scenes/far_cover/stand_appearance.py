@@ -15,7 +15,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from lod.arrays import ArrayData, FloatArray, Ints, Reals
-from lod.stick_table import StickTable
+from lod.shapes import StickTable
 from scenes.far_cover.stand_paths import GROUND, MAX_DEPTH, randoms_per_path, trace_lines
 from scenes.far_cover.stand_rays import StandField, stand_field, stand_layers, stick_extent
 from scenes.processes.content_key import content_key

@@ -13,9 +13,8 @@ import numpy as np
 from numba import njit
 
 from lod.arrays import Reals
-from lod.stick_table import StickTable
-from scenes.noise.lattice import lattice_bits
-from scenes.noise.philox import unit_float
+from lod.shapes import StickTable
+from scenes.noise import lattice_bits, unit_float
 from scenes.sticks.ray_grid import NOTHING, Grids, intersect_ray, make_grids, normal_at
 
 _SEED = np.uint64(0x57A4D)

@@ -6,10 +6,10 @@ import numpy as np
 from jaxtyping import Float64
 
 from lod.arrays import Reals
-from lod.canopy.turbid_medium import BARE, Canopy
-from lod.stick_table import StickTable
+from lod.canopy import BARE, Canopy
+from lod.shapes import StickTable
 from scenes.far_cover.stand_appearance import SpeciesDensity, full_detail_sticks
-from scenes.field.species import Species
+from scenes.field.placement import Species
 from scenes.sticks.union_area import areas_of_parts
 
 STEPS = 6

@@ -9,12 +9,12 @@ import numpy as np
 from numba import njit
 
 from lod.arrays import ArrayData, FloatArray, IntArray, expand
-from lod.mesh_table import MeshTable
-from lod.metric.hierarchy import Hierarchy
-from lod.pruning.area_scaling import leaf_area_share
-from lod.pruning.parts import BlendWeights
-from lod.pruning.view import View
+from lod.crossfade import leaf_area_share
+from lod.hierarchy import Hierarchy
+from lod.pruner import BlendWeights
+from lod.shapes import MeshTable
 from lod.threads import map_chunks
+from lod.view import View
 from scenes.rig.rig import RiggedSticks
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.sticks.tone_steps import with_tone_steps
@@ -98,7 +98,7 @@ class PartTables(ArrayData):
     def limits(self, view: View, motion_step: int = 0) -> tuple[np.ndarray, np.ndarray]:
         """Compute the clamped limit distances of every row, in view and out of it, (m,) each [m].
 
-        motion_step: how much motion hides, a whole step on the scale of lod.motion.shutter
+        motion_step: how much motion hides, a whole step on the scale of lod.motion
         """
         return _limits(self, view, motion_step)
 

@@ -4,7 +4,7 @@ import time
 from dataclasses import replace
 
 from lod.errors import InputError
-from lod.pruning.pruner import prune
+from lod.pruner import prune
 from scenes.far_cover.turbid_canopy import turbid_canopy
 from scenes.frame.displayed import display
 from scenes.frame.frame_input import FrameInput

@@ -4,13 +4,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from lod.pruning.crossfade import blend_weights
-from lod.pruning.parts import BlendWeights, Parts
-from lod.pruning.pruner import Cut
-from lod.pruning.representation import Moving, Representation
-from lod.pruning.shapes import Appearance, Sticks, SticksAndTriangles
-from lod.pruning.update_schedule import DrawnState, apply_state
-from lod.pruning.view import View
+from lod.crossfade import blend_weights
+from lod.pruner import BlendWeights, Cut, Moving, Parts, Representation
+from lod.shapes import Appearance, Sticks, SticksAndTriangles
+from lod.update_schedule import DrawnState, apply_state
+from lod.view import View
 
 
 @dataclass(frozen=True, eq=False)

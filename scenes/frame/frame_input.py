@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from lod.atmosphere.air import Air
+from lod.air import Air
 from lod.camera import Camera
 from scenes.frame.displayed import DisplayedRepresentation
 from scenes.frame.quality import Quality

@@ -2,8 +2,8 @@
 
 from collections.abc import Iterable, Iterator, Sequence
 
-from lod.pruning.shapes import Sticks
-from lod.pruning.update_schedule import (
+from lod.shapes import Sticks
+from lod.update_schedule import (
     DrawnState,
     TruePose,
     refresh_due,

@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 
 from lod.camera import Camera
-from lod.motion.shutter import subframe_offsets
+from lod.motion import subframe_offsets
 from scenes.frame.frame_input import FrameInput
 from scenes.preset.tables import Preset
 from scenes.world.view import camera_between, frame_time

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from lod.errors import InputError
-from lod.mesh_table import Mesh, MeshTable
+from lod.shapes import Mesh, MeshTable
 from scenes.model_files.part_tree import (
     MOST_NODES,
     MOST_TRIANGLES,

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from lod.errors import InputError
-from lod.mesh_table import MeshTable
+from lod.shapes import MeshTable
 from scenes.model_files.part_tree import PartTree
 
 FORMAT = 1

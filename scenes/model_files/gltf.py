@@ -19,7 +19,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from lod.errors import InputError
-from lod.mesh_table import Mesh
+from lod.shapes import Mesh
 from scenes.model_files.gltf_header import (
     MeshEntry,
     NodeEntry,

@@ -6,7 +6,7 @@ import numpy as np
 from PIL import Image
 
 from lod.errors import InputError
-from lod.mesh_table import Mesh, triangle_areas
+from lod.shapes import Mesh, triangle_areas
 
 TEXTURE_PIXELS = 64
 """A texture counts as it looks when averaged down to at most this on a side."""

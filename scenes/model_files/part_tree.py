@@ -10,7 +10,7 @@ import numpy as np
 
 from lod.arrays import ArrayData, FloatArray, IntArray
 from lod.errors import InputError
-from lod.mesh_table import Mesh, MeshTable
+from lod.shapes import Mesh, MeshTable
 
 MOST_NODES, MOST_TRIANGLES = 50_000, 2_000_000
 """Nodes and triangles of one model at most: what a process can hold, prune and measure."""

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lod.errors import InputError
-from lod.mesh_table import Mesh
+from lod.shapes import Mesh
 from scenes.model_files.mesh import checked_mesh, texture_colours
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from lod.stick_table import StickTable
+from lod.shapes import StickTable
 from scenes.sticks.prototype import PartPlaces, Prototype, assemble_prototype
 
 FLUTES, RINGS, LEAVES, CURLS = 20, 12, 16, 3

@@ -20,7 +20,7 @@ from scipy.ndimage import gaussian_filter
 
 from lod.arrays import ArrayData, FlagArray, FloatArray, Ints
 from lod.errors import InputError
-from lod.stick_table import StickTable
+from lod.shapes import StickTable
 from scenes.sticks.appearance.fit import fit_appearances
 from scenes.sticks.appearance.part_sticks import PartSticks
 from scenes.sticks.prototype import PartPlaces, Prototype, assemble_prototype

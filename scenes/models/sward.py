@@ -16,8 +16,7 @@ from jaxtyping import Float64
 
 from lod.arrays import Ints, Points, Reals
 from lod.errors import InputError
-from lod.mesh_table import Mesh, MeshTable
-from lod.stick_table import StickTable
+from lod.shapes import Mesh, MeshTable, StickTable
 from scenes.models.trees.sway import swaying
 from scenes.models.trees.weather import CALM_SUMMER, SEASONS, Weather
 from scenes.rig.rigged_prototype import RiggedPrototype

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from lod.arrays import Ints, Points, Reals
-from scenes.noise.philox import hash_name
+from scenes.noise import hash_name
 from scenes.particles.kinds import SHORTEST_LIFE, PlumeKind
 from scenes.particles.shapes import points_in_ball, random_units, smoothstep
 

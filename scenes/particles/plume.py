@@ -26,10 +26,10 @@ from jaxtyping import Float64, Int64
 from lod.arrays import Ints, Points, Reals, expand
 from lod.camera import GRID_M, Corner
 from lod.errors import InputError
-from lod.metric.hierarchy import Hierarchy
-from lod.pruning.parts import BlendWeights, Parts
-from lod.pruning.shapes import Sticks, Triangles
-from lod.pruning.view import View
+from lod.hierarchy import Hierarchy
+from lod.pruner import BlendWeights, Parts
+from lod.shapes import Sticks, Triangles
+from lod.view import View
 from scenes.particles.growth import LARGEST, Growth, Puffs
 from scenes.particles.kinds import PARTICLES_PER_BALL, PlumeKind
 from scenes.particles.shapes import ball_sticks, flame_octahedra

@@ -5,8 +5,8 @@ from jaxtyping import Float64
 from numba import njit
 
 from lod.arrays import Ints, Points, Reals
-from lod.pruning.shapes import Sticks, Triangles
-from scenes.noise.philox import philox, unit_float
+from lod.shapes import Sticks, Triangles
+from scenes.noise import philox4x64, unit_float
 
 _CORNERS = np.array(((1, 0, 0), (0, 1, 0), (-1, 0, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)), float)
 _FACES = np.array(
@@ -67,7 +67,7 @@ def random_units(birth, number, seed, word):  # type: ignore[no-untyped-def]
     key, zero = np.uint64(seed), np.uint64(0)
     for i in range(len(birth)):
         for half in range(2):
-            words = philox(
+            words = philox4x64(
                 np.uint64(birth[i]), np.uint64(number[i]), np.uint64(half), zero, key, word
             )
             for k in range(4):

@@ -1,6 +1,6 @@
 """Entry points by which other installed packages bring metrics, representations and behaviours.
 
-A package names its metrics (``lod.metric.family.Metric``) in the group ``lodbench.metrics``, its
+A package names its metrics (``lod.metric.Metric``) in the group ``lodbench.metrics``, its
 makers of representations (``scenes.plugins.representation.RepresentationPlugin``) in the group
 ``lodbench.representations``, and its behaviours of actors (``scenes.actors.behaviour``) in the
 group ``lodbench.behaviours``. A package is imported only when something of it is asked for, and in
@@ -17,7 +17,7 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 
 from lod.errors import InputError
-from lod.metric.family import METRICS, Metric
+from lod.metric import METRICS, Metric
 from scenes.plugins.guard import StrangersError, guarded
 from scenes.plugins.trial import import_fault
 

@@ -40,7 +40,7 @@ LARGEST_SEED = 2**63 - 1
 _FARTHEST_CELL = 2**55
 _FARTHEST_M = 1e15
 FARTHEST_SIGHT_M = 330e3
-"""Visibility [m]: in pure air it is 340 km (lod.atmosphere.extinction)."""
+"""Visibility [m]: in pure air it is 340 km (lod.air)."""
 
 
 class Table(BaseModel):

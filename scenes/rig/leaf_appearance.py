@@ -3,7 +3,7 @@
 import numpy as np
 
 from lod.arrays import Ints, Reals
-from lod.stick_table import StickTable
+from lod.shapes import StickTable
 from scenes.rig.anatomy import Colour
 from scenes.rig.rig import Rig, RiggedSticks
 from scenes.sticks.outline_area import mean_area, mean_outline_areas

@@ -15,7 +15,7 @@ from numba import njit
 
 from lod.arrays import ArrayData, FloatArray, IntArray, Ints, Points, check_columns, frozen
 from lod.errors import InputError
-from lod.stick_table import StickTable
+from lod.shapes import StickTable
 from scenes.rig.rotations import (
     Quaternions,
     Vectors,

@@ -10,7 +10,7 @@
     B           the greater of the extent of the part and, over its parts, separation + B of the
         part
 
-An only part that is no smaller than its whole is one with it (``lod.metric.tied_levels``): its
+An only part that is no smaller than its whole is one with it (``lod.hierarchy``): its
 origin is that of the whole, and the two share the greater P and R.
 
 "Over all poses" is the bound of ``reach_bound``: never exceeded, and reached within a few per cent.
@@ -25,10 +25,8 @@ from jaxtyping import Float64
 
 from lod.arrays import Ints, Points, Reals, freeze
 from lod.errors import InputError
-from lod.mesh_table import MeshTable
-from lod.metric.hierarchy import Hierarchy
-from lod.metric.tied_levels import max_over_tied, representative
-from lod.stick_table import StickTable
+from lod.hierarchy import Hierarchy, max_over_tied, representative
+from lod.shapes import MeshTable, StickTable
 from scenes.rig.keyframes import Motion, rest_motion
 from scenes.rig.reach_bound import reach_bound
 from scenes.rig.rig import Rig, RiggedSticks, to_object_frame

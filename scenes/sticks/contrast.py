@@ -16,8 +16,8 @@ import numpy as np
 from jaxtyping import Float64
 
 from lod.arrays import Ints, Reals
-from lod.stick_table import StickTable
-from lod.vision.contrast import contrast_class, inherent_contrast
+from lod.eye import contrast_class, inherent_contrast
+from lod.shapes import StickTable
 from scenes.sticks.outline_area import mean_outline_areas
 
 SHADED, LIT = 0.1, 2.3

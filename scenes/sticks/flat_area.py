@@ -6,7 +6,7 @@ import numpy as np
 
 from lod.arrays import Reals
 from lod.errors import InputError
-from lod.mesh_table import MeshTable
+from lod.shapes import MeshTable
 
 MOST_TRIANGLES = 12
 """Most triangles of one part; the work doubles with each."""

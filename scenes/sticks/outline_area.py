@@ -26,7 +26,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from lod.arrays import Reals
-from lod.stick_table import StickTable
+from lod.shapes import StickTable
 from scenes.sticks.union_area import FINE, areas_of_parts, largest_of_parts
 
 Directions = Float64[np.ndarray, "d 3"]

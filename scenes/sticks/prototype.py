@@ -13,7 +13,7 @@ rigid object (one that is only placed, turned about the vertical and scaled):
     B           the greater of the extent of the part and, over its parts, separation + B of the
         part
 
-An only part that is no smaller than its whole is one with it (``lod.metric.tied_levels``): its
+An only part that is no smaller than its whole is one with it (``lod.hierarchy``): its
 origin is that of the whole, and the two share the greater P and R.
 """
 
@@ -24,10 +24,8 @@ from jaxtyping import Float64
 
 from lod.arrays import Flags, Ints, Points, Reals, freeze
 from lod.errors import InputError
-from lod.mesh_table import MeshTable
-from lod.metric.hierarchy import Hierarchy
-from lod.metric.tied_levels import max_over_tied, representative
-from lod.stick_table import StickTable
+from lod.hierarchy import Hierarchy, max_over_tied, representative
+from lod.shapes import MeshTable, StickTable
 from scenes.sticks.contrast import part_contrast
 from scenes.sticks.flat_area import largest_flat_areas
 from scenes.sticks.view_dependence import ViewDependence

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from lod.stick_table import StickTable
+from lod.shapes import StickTable
 from scenes.sticks.shapes import Shapes
 
 BOX_M = 0.25

@@ -7,8 +7,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from lod.arrays import ArrayData, FloatArray, Points
-from lod.mesh_table import MeshTable
-from lod.stick_table import StickTable
+from lod.shapes import MeshTable, StickTable
 
 
 @dataclass(frozen=True, eq=False)

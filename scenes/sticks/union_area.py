@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Float64
 from numba import njit
 
-from lod.stick_table import StickTable
+from lod.shapes import StickTable
 
 FINE, COARSE = 12.0, 5.0
 """Rows per (area-weighted) mean radius of one stick; falls with √count, to a twelfth of it."""

@@ -4,7 +4,7 @@ A few smooth shapes that stand for hidden parts cover and shine otherwise than t
 gaps between a conifer's flat boughs open and close with the elevation of the eye, the parts shade
 one another, and an eye between a tree and the sun sees less of that shade than one that looks
 toward the sun. Tables that ``scenes.sticks.appearance`` fits correct it: which share of their area
-(``lod.pruning.area_scaling``) shapes show, and which multiple of their albedo they have. Area is
+(``lod.crossfade``) shapes show, and which multiple of their albedo they have. Area is
 the same from below as from above; light from below is taken for that from the side.
 """
 

@@ -5,8 +5,8 @@ import numpy as np
 from numba import njit
 
 from lod.arrays import Ints, Reals
-from lod.pruning.area_scaling import radius_factor
-from lod.stick_table import StickTable
+from lod.crossfade import radius_factor
+from lod.shapes import StickTable
 from scenes.sticks.outline_area import directions, largest_area
 from scenes.sticks.union_area import areas_of_parts
 from scenes.sticks.view_angles import elevation_index, interpolate

@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Float64, Int64
 from numba import njit
 
-from lod.stick_table import StickTable
+from lod.shapes import StickTable
 from scenes.sticks.shapes import Shapes
 from scenes.sticks.union_area import _along, _frame
 

@@ -3,7 +3,7 @@
 from typing import Protocol, runtime_checkable
 
 from lod.arrays import Points, Reals
-from lod.pruning.view import View
+from lod.view import View
 
 
 @runtime_checkable

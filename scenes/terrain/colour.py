@@ -16,8 +16,7 @@ from numba import njit
 
 from lod.arrays import Points, Reals
 from lod.camera import Corner
-from scenes.noise.lattice import unit_rms
-from scenes.noise.octaves import Octaves, left_out_variance, octaves_at, twin_values
+from scenes.noise import Octaves, left_out_variance, octaves_at, twin_values, unit_rms
 
 
 @dataclass(frozen=True)

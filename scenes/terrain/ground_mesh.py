@@ -13,9 +13,9 @@ import numpy as np
 from jaxtyping import Float64
 
 from lod.arrays import Ints, Points, Reals
-from lod.pruning.shapes import Triangles
-from lod.pruning.view_geometry import distance
+from lod.shapes import Triangles
 from lod.threads import map_chunks
+from lod.view import distance
 from scenes.terrain.geomorph import Places, geomorph_parents, morph
 from scenes.terrain.hidden_relief import cavity_albedo, seen_facets
 from scenes.terrain.mesh import MOST_COARSER, lattice_mesh

@@ -19,7 +19,7 @@ import numpy as np
 from numba import njit
 
 from lod.arrays import Points
-from lod.pruning.view import View
+from lod.view import View
 from scenes.terrain.relief import Relief
 
 COLUMN_PX = 6.0

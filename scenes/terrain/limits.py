@@ -24,9 +24,9 @@ from collections.abc import Callable
 import numpy as np
 
 from lod.arrays import Reals
-from lod.metric.family import blake
-from lod.pruning.view import View
-from lod.vision.viewer import perceptual_limits
+from lod.metric import blake
+from lod.view import View
+from lod.viewing import perceptual_limits
 from scenes.sticks.contrast import GROUND_CONTRAST
 from scenes.terrain.hidden_relief import seen_slopes
 from scenes.terrain.relief import Relief

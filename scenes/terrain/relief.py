@@ -18,21 +18,19 @@ from numba import njit
 from lod.arrays import Points, Reals, frozen
 from lod.camera import STEP_M, Corner
 from lod.errors import InputError
-from scenes.noise.lattice import (
+from scenes.noise import (
     NOISE_BOUND,
     NOISE_MAX_SLOPE,
     RIDGED_MEAN,
     RIDGED_RMS,
-    unit_rms,
-    unit_slope_variance,
-)
-from scenes.noise.octaves import (
     Octaves,
     height_slack,
     left_out_variance,
     octave_slopes,
     octave_values,
     octaves_at,
+    unit_rms,
+    unit_slope_variance,
 )
 
 SHORTEST_M = 0.25

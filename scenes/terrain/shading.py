@@ -12,8 +12,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from lod.arrays import Ints, Points, Reals
-from lod.pruning.view import View
-from lod.pruning.view_geometry import distance
+from lod.view import View, distance
 from scenes.terrain.aggregate_cover import AggregateCover
 from scenes.terrain.colour import GroundMaterials, ground_colours
 from scenes.terrain.hidden_relief import seen_slopes

@@ -22,9 +22,9 @@ from jaxtyping import Float64
 from lod.arrays import Ints, Points, Reals, frozen
 from lod.camera import Corner
 from lod.errors import InputError
-from lod.pruning.parts import BlendWeights, Parts
-from lod.pruning.shapes import Triangles
-from lod.pruning.view import View
+from lod.pruner import BlendWeights, Parts
+from lod.shapes import Triangles
+from lod.view import View
 from scenes.terrain.aggregate_cover import AggregateCover
 from scenes.terrain.colour import GROUND_MATERIALS
 from scenes.terrain.ground_mesh import EMPTY_MESH, ground_mesh

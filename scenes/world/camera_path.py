@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 
 from lod.arrays import Reals
-from lod.camera import FULL_TURN, Camera, camera_from_heading, split_position
+from lod.camera import FULL_TURN, Camera, ThinLens, camera_from_heading, split_position
 from lod.errors import InputError
-from lod.thin_lens import ThinLens
 from scenes.preset.camera_tables import FARTHEST_FOCUS_M, NEAREST_FOCUS_M, CameraKey, CameraPreset
 from scenes.terrain.ground import Ground
 

@@ -8,16 +8,13 @@ import numpy as np
 from lod.actors.message import Refused
 from lod.camera import GRID_M
 from lod.errors import InputError
-from scenes.actors.acting import Acting, Rules
+from scenes.actors.acting import Acting, Lens, Rules
 from scenes.actors.behaviour import Me, Process, own_random_numbers
-from scenes.actors.behaviours.registry import behaviour_by_name
-from scenes.actors.body import Body
-from scenes.actors.camera_body import CameraBody
-from scenes.actors.cast import Cast
-from scenes.actors.performance import Eye, Performance
+from scenes.actors.behaviours import behaviour_by_name
+from scenes.actors.body import Body, CameraBody
+from scenes.actors.performance import Cast, Eye, Performance
 from scenes.actors.say import Line, check_action, cue, parse_words
 from scenes.actors.stage import CAMERA, Stage
-from scenes.actors.urgency import Lens
 from scenes.models.catalogue import model_prototypes
 from scenes.models.trees.weather import Weather
 from scenes.preset.actor_tables import ActorPreset

@@ -2,9 +2,9 @@
 
 from dataclasses import dataclass
 
-from lod.pruning.pruner import Cut, prune
-from lod.pruning.view import View
-from scenes.field.field_forecast import forecast_field
+from lod.pruner import Cut, prune
+from lod.view import View
+from scenes.field.forecast import forecast_field
 from scenes.terrain.mesh import QUADS
 from scenes.world.world import World
 

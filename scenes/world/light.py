@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lod.canopy.turbid_medium import BARE, Canopy
+from lod.canopy import BARE, Canopy
 from lod.errors import InputError
 from scenes.preset.tables import Preset
 

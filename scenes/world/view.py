@@ -4,17 +4,12 @@ import math
 from dataclasses import replace
 from functools import cache
 
-from lod.atmosphere.air import Air, least_extinction
-from lod.atmosphere.mist import Mist
+from lod.air import Air, Mist, least_extinction
 from lod.camera import GRID_M, Camera, Corner
-from lod.motion.image_motion import eye_relative_to
-from lod.motion.shutter import ShutterInterval
-from lod.motion.window_of_visibility import integration_time_s
-from lod.pruning.view import View
-from lod.vision.blur_cascade import blur_widths
-from lod.vision.defocus import Defocus
-from lod.vision.eye import Display, Eye
-from lod.vision.viewer import ViewingConditions
+from lod.eye import Display, Eye
+from lod.motion import ShutterInterval, eye_relative_to, integration_time_s
+from lod.view import View
+from lod.viewing import Defocus, ViewingConditions, blur_widths
 from scenes.plugins.entry_points import metric_by_name
 from scenes.preset.tables import Preset
 from scenes.world.camera_path import camera_at, path_pose, placed_camera

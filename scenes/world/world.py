@@ -4,17 +4,14 @@ import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-from lod.metric.family import METRICS
-from lod.pruning.representation import Representation
-from scenes.actors.cast import Cast
-from scenes.actors.performance import Performance
+from lod.metric import METRICS
+from lod.pruner import Representation
+from scenes.actors.performance import Cast, Performance
 from scenes.dust.dust import Dust
 from scenes.dust.soil import Soil
 from scenes.far_cover.aggregate_cover import AggregateCover
-from scenes.field.habitat import Habitat
-from scenes.field.placed_object import Placed
-from scenes.field.species import Species
-from scenes.field.species_field import SpeciesField
+from scenes.field.placement import Habitat, Species
+from scenes.field.species_field import Placed, SpeciesField
 from scenes.models.catalogue import PROTOTYPE_SEED, model_prototypes
 from scenes.models.trees.weather import Weather
 from scenes.particles.kinds import KINDS

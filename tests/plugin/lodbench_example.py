@@ -8,11 +8,11 @@ from bench.arms.arm import Arm, by_view
 from bench.arms.plain_arms import culled_beyond
 from lod.actors.message import change
 from lod.camera import GRID_M, Corner, camera_from_heading
-from lod.metric.family import Metric
-from lod.metric.hierarchy import Hierarchy
-from lod.pruning.parts import BlendWeights, Parts
-from lod.pruning.shapes import Sticks
-from lod.pruning.view import View
+from lod.hierarchy import Hierarchy
+from lod.metric import Metric
+from lod.pruner import BlendWeights, Parts
+from lod.shapes import Sticks
+from lod.view import View
 from scenes.actors.behaviour import Acts, Me
 from scenes.plugins.representation import RepresentationPlugin
 from scenes.terrain.ground import Ground

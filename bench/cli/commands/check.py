@@ -29,7 +29,7 @@ def command(names: tuple[str, ...], as_json: bool) -> None:
 
 def _chosen(names: tuple[str, ...]) -> Iterable[tuple[str, str]]:
     """Give kind and name of everything that is to be checked."""
-    from lod.metric.family import METRICS
+    from lod.metric import METRICS
     from scenes.plugins.entry_points import METRIC, REPRESENTATION, installed
 
     known = {"metric": (*METRICS, *installed(METRIC)), "representation": installed(REPRESENTATION)}
@@ -61,7 +61,6 @@ def _checked(out: Output, kind: str, name: str) -> bool:
 
 
 def _broken(kind: str, name: str) -> dict[str, list[str]]:
-    from bench.conformance.metric_rules import broken_metric_rules
-    from bench.conformance.plugin_rules import broken_plugin_rules
+    from bench.conformance import broken_metric_rules, broken_plugin_rules
 
     return broken_metric_rules(name) if kind == "metric" else broken_plugin_rules(name)

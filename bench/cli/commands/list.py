@@ -30,8 +30,8 @@ def command(preset: str | None, as_json: bool) -> None:
         return
     from bench.experiments.registry import EXPERIMENTS
     from bench.studies.registry import study_descriptions
-    from lod.metric.family import METRICS, Metric
-    from scenes.actors.behaviours.registry import described_behaviours
+    from lod.metric import METRICS, Metric
+    from scenes.actors.behaviours import described_behaviours
     from scenes.model_files.user_models import models_folder, user_model_names
     from scenes.plugins.entry_points import METRIC, REPRESENTATION, described
     from scenes.plugins.representation import RepresentationPlugin

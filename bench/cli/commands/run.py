@@ -95,7 +95,7 @@ def _chosen(experiments: tuple[str, ...], cluster: str | None) -> tuple[str, ...
 def _check_metric(metric: str, names: Sequence[str]) -> None:
     """Raise InputError for a metric that is unknown, built in, or not accepted by an experiment."""
     from bench.experiments.registry import EXPERIMENTS
-    from lod.metric.family import METRICS
+    from lod.metric import METRICS
     from scenes.plugins.entry_points import metric_by_name
 
     metric_by_name(metric)

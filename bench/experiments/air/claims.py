@@ -8,7 +8,7 @@ from bench.experiments.air.targets import DISTANCES, extinction_seen, visibility
 from bench.records.claims import Claim, claim, verification
 from bench.records.points import Point, grouped, where
 from bench.statistics.estimates import Estimate, two_sided_mean
-from lod.atmosphere.air import Air, rgb_extinction
+from lod.air import Air, rgb_extinction
 
 BAND_EDGES_M = (0.0, 50.0, 100.0, 200.0, 400.0, 800.0, 1600.0, 3200.0, 6400.0)
 SKY = 1e10

@@ -9,7 +9,7 @@ from bench.records.points import Point, where
 from bench.records.records import Record
 from bench.runner.experiment import Table
 from bench.statistics.estimates import two_sided_mean
-from lod.atmosphere.air import Air, rgb_extinction
+from lod.air import Air, rgb_extinction
 
 _VISIBILITY_M = 5e3
 """The visibility of the targets that are drawn [m]."""

@@ -9,11 +9,10 @@ from jaxtyping import Float64
 from scipy.optimize import brentq
 
 from bench.statistics.estimates import Estimate
-from lod.atmosphere.air import Air, rgb_extinction
+from lod.air import Air, rgb_extinction
 from lod.camera import Camera, Corner, camera_from_heading
-from lod.pruning.parts import Parts
-from lod.pruning.pruner import Cut, cut_from_parts
-from lod.pruning.shapes import Triangles
+from lod.pruner import Cut, Parts, cut_from_parts
+from lod.shapes import Triangles
 from scenes.frame.displayed import DisplayedRepresentation
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.quality import Quality

@@ -11,12 +11,11 @@ from functools import lru_cache
 import numpy as np
 from jaxtyping import Float64
 
-from lod.atmosphere.air import CLEAR
+from lod.air import CLEAR
 from lod.camera import Camera, Corner, camera_from_heading
-from lod.pruning.pruner import prune
-from lod.pruning.representation import Representation
-from lod.pruning.view import View
-from scenes.field.placed_object import Placed
+from lod.pruner import Representation, prune
+from lod.view import View
+from scenes.field.species_field import Placed
 from scenes.frame.displayed import DisplayedRepresentation, display
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.quality import Quality

@@ -15,9 +15,9 @@ from typing import Any
 
 import numpy as np
 
-from lod.atmosphere.air import CLEAR
-from lod.pruning.pruner import prune
-from lod.pruning.view import View
+from lod.air import CLEAR
+from lod.pruner import prune
+from lod.view import View
 from scenes.frame.assemble import assemble_frame
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.layers import Layers

@@ -31,7 +31,7 @@ from bench.fields.judged_seeds import first_seed
 from bench.records.points import Column, Point, columns
 from bench.records.provenance import scene_digest
 from bench.runner.experiment import Effort
-from lod.atmosphere.air import CLEAR, Air, rgb_extinction
+from lod.air import CLEAR, Air, rgb_extinction
 from scenes.frame.assemble import frame_quality
 from scenes.frame.displayed import DisplayedRepresentation
 from scenes.frame.frame_input import FrameInput

@@ -20,10 +20,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from lod.camera import Corner
-from lod.motion.image_motion import eye_relative_to
-from lod.pruning.pruner import prune
-from lod.pruning.representation import Representation
-from lod.pruning.view import View
+from lod.motion import eye_relative_to
+from lod.pruner import Representation, prune
+from lod.view import View
 from scenes.frame.displayed import DisplayedRepresentation, display
 from scenes.preset.load import load_preset
 from scenes.preset.tables import Preset

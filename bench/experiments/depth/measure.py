@@ -18,12 +18,12 @@ from bench.fields.scene import FLAT
 from bench.records.points import Column, Point
 from bench.runner.experiment import Effort
 from lod.arrays import Ints
-from lod.metric.family import METRICS
-from lod.pruning.crossfade import blend_weights
-from lod.pruning.pruner import prune
-from lod.pruning.shapes import Sticks
-from lod.pruning.view import View
-from scenes.field.species import Species
+from lod.crossfade import blend_weights
+from lod.metric import METRICS
+from lod.pruner import prune
+from lod.shapes import Sticks
+from lod.view import View
+from scenes.field.placement import Species
 from scenes.field.species_field import SpeciesField
 
 EXTENTS_M = (75.0, 150.0, 300.0, 450.0)

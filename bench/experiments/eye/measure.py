@@ -22,10 +22,9 @@ from bench.fields.part_sizes import (
 )
 from bench.records.points import Column, Point, Prediction
 from bench.runner.experiment import Effort
-from lod.pruning.view import View
-from lod.vision.blur_cascade import BlurWidths, blur_widths
-from lod.vision.eye import Display
-from lod.vision.viewer import STANDARD_EYE, ViewingConditions
+from lod.eye import Display
+from lod.view import View
+from lod.viewing import STANDARD_EYE, BlurWidths, ViewingConditions, blur_widths
 
 PIXELS_PER_DEGREE = (20.0, 30.0, 45.0, 67.0, 90.0, 120.0)
 FAINT = 0.1

@@ -17,8 +17,8 @@ from bench.fields.judged_seeds import first_seed
 from bench.records.points import Point
 from bench.records.provenance import scene_digest
 from bench.runner.experiment import Effort
-from lod.metric.family import METRICS
-from lod.pruning.view import View
+from lod.metric import METRICS
+from lod.view import View
 from scenes.frame.layers import SKY_Z
 from scenes.models.catalogue import PROTOTYPE_SEED
 from scenes.plugins.entry_points import metric_by_name

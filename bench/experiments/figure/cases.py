@@ -17,7 +17,7 @@ from jaxtyping import Float64
 from bench.runner.experiment import Effort
 from lod.arrays import Reals
 from lod.camera import Corner, camera_from_heading
-from lod.pruning.view import View
+from lod.view import View
 from scenes.models.animals.catalogue import animal
 from scenes.models.people.people import people_at_rest
 from scenes.plugins.entry_points import metric_by_name

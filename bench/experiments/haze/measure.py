@@ -21,10 +21,9 @@ from bench.fields.part_sizes import (
 )
 from bench.records.points import Column, Point
 from bench.runner.experiment import Effort
-from lod.atmosphere.air import Air, least_extinction
-from lod.pruning.view import View
-from lod.vision.blur_cascade import BlurWidths, blur_widths
-from lod.vision.viewer import STANDARD_DISPLAY, STANDARD_EYE, ViewingConditions
+from lod.air import Air, least_extinction
+from lod.view import View
+from lod.viewing import STANDARD_DISPLAY, STANDARD_EYE, BlurWidths, ViewingConditions, blur_widths
 
 VISIBILITIES_M = (500.0, 1e3, 2e3, 5e3, 1e4, 2e4, 5e4)
 

@@ -14,7 +14,7 @@ from bench.records.points import Column, Point
 from bench.records.provenance import scene_digest
 from bench.runner.experiment import Effort
 from bench.statistics.excess_flip import LEAST_PAIRS
-from lod.pruning.pruner import prune
+from lod.pruner import prune
 from scenes.preset.load import load_preset
 from scenes.render.mitsuba.variants import choose
 from scenes.world.view import view_at

@@ -14,12 +14,11 @@ from bench.fields.scene import FLAT
 from bench.records.points import Point, columns
 from bench.runner.experiment import Effort
 from lod.arrays import Ints
-from lod.pruning.crossfade import blend_weights
-from lod.pruning.pruner import prune
-from lod.pruning.shapes import Sticks
-from lod.pruning.view import View
-from lod.stick_table import StickTable
-from scenes.field.species import Species
+from lod.crossfade import blend_weights
+from lod.pruner import prune
+from lod.shapes import Sticks, StickTable
+from lod.view import View
+from scenes.field.placement import Species
 from scenes.field.species_field import SpeciesField
 from scenes.plugins.entry_points import metric_by_name
 from scenes.sticks.visible_area import first_met

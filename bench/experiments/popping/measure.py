@@ -23,12 +23,11 @@ from bench.records.provenance import scene_digest
 from bench.runner.experiment import Effort
 from lod.arrays import Reals
 from lod.camera import Corner, camera_from_heading
-from lod.law.flat_ground import chained_limits
-from lod.metric.family import METRICS
-from lod.pruning.pruner import Cut, prune
-from lod.pruning.view import View
-from lod.pruning.view_geometry import distance
-from scenes.field.species import Species
+from lod.law import chained_limits
+from lod.metric import METRICS
+from lod.pruner import Cut, prune
+from lod.view import View, distance
+from scenes.field.placement import Species
 from scenes.field.species_field import SpeciesField
 from scenes.preset.load import load_preset
 from scenes.render.mitsuba.variants import choose

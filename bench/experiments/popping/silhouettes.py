@@ -13,10 +13,10 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float32
 
-from lod.atmosphere.air import CLEAR
+from lod.air import CLEAR
 from lod.camera import Camera
-from lod.motion.image_motion import eye_relative_to
-from lod.pruning.shapes import Appearance, Sticks, SticksAndTriangles
+from lod.motion import eye_relative_to
+from lod.shapes import Appearance, Sticks, SticksAndTriangles
 from scenes.frame.displayed import DisplayedRepresentation
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.quality import Quality

@@ -15,10 +15,9 @@ from jaxtyping import Float64
 from bench.experiments.popping.silhouettes import silhouettes
 from lod.arrays import Points, Reals, freeze
 from lod.camera import GRID_M, Camera
-from lod.pruning.crossfade import blend_weights
-from lod.pruning.pruner import Cut, prune
-from lod.pruning.view import View
-from lod.pruning.view_geometry import in_view
+from lod.crossfade import blend_weights
+from lod.pruner import Cut, prune
+from lod.view import View, in_view
 from scenes.field.species_field import SpeciesField
 from scenes.frame.assemble import frame_quality
 from scenes.frame.displayed import DisplayedRepresentation, Posing, display

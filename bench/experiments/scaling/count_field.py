@@ -7,8 +7,8 @@ from bench.fields.scene import KEPT, field_seed, ground_of, prototypes_of, view_
 from bench.records.points import Point
 from bench.records.provenance import scene_digest
 from bench.statistics.sample_size import Row
-from lod.pruning.pruner import Cut, prune
-from scenes.field.species import Species
+from lod.pruner import Cut, prune
+from scenes.field.placement import Species
 from scenes.field.species_field import SpeciesField
 
 COLUMNS = ("objects", "parts", "objects_examined", "parts_examined")

@@ -7,12 +7,17 @@ import numpy as np
 from bench.fields.cases import Case
 from bench.fields.scene import KEPT, ground_of, prototypes_of, view_of
 from lod.arrays import Reals
-from lod.law.flat_ground import chained_limits, count_variance, disc_areas, expected_count
-from lod.law.ground_quadrature import ground_quadrature
-from lod.law.uneven_ground import count_moments
-from lod.metric.family import Metric
-from lod.metric.hierarchy import Hierarchy
-from lod.vision.viewer import ViewingConditions
+from lod.hierarchy import Hierarchy
+from lod.law import (
+    chained_limits,
+    count_moments,
+    count_variance,
+    disc_areas,
+    expected_count,
+    ground_nodes,
+)
+from lod.metric import Metric
+from lod.viewing import ViewingConditions
 from scenes.plugins.entry_points import metric_by_name
 from scenes.sticks.prototype import Prototype
 
@@ -89,7 +94,7 @@ def _over_hills(case: Case, kinds: list[tuple[Prototype, ...]]) -> np.ndarray:
     view, ground, means = view_of(case), ground_of(case), np.zeros(4)
     for kind in kinds:
         trees = tuple(each.hierarchy for each in kind)
-        net = ground_quadrature(trees, view, _NODES)
+        net = ground_nodes(trees, view, _NODES)
         found = count_moments(trees, view, net, ground.height(view.camera.corner, net.xy))
         K = case.density / len(kinds)
         means += K * np.array(

@@ -16,10 +16,10 @@ from bench.experiments.spectrum.claims import EDGES
 from bench.records.points import Column, Point, Prediction
 from bench.records.provenance import scene_digest
 from bench.runner.experiment import Effort
+from lod.air import CLEAR
 from lod.arrays import Reals
-from lod.atmosphere.air import CLEAR
-from lod.metric.family import METRICS
-from lod.pruning.pruner import prune
+from lod.metric import METRICS
+from lod.pruner import prune
 from scenes.frame.displayed import display
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.quality import Quality

@@ -2,7 +2,7 @@
 
 The scene is a crowd of walkers among trees in the wind, from a camera that stands, walks, turns and
 flies. One frame of every field is scheduled by each rule, from the window of earlier frames on
-which it depends (``lod.pruning.update_schedule``). Then a small frame is rendered with a schedule
+which it depends (``lod.update_schedule``). Then a small frame is rendered with a schedule
 and without, in turns.
 """
 
@@ -16,8 +16,8 @@ import numpy as np
 from bench.records.points import Column, Key, Point
 from bench.records.provenance import scene_digest
 from bench.runner.experiment import Effort
-from lod.pruning.pruner import prune
-from lod.pruning.update_schedule import (
+from lod.pruner import prune
+from lod.update_schedule import (
     WINDOW,
     TruePose,
     budget_rule,

@@ -8,7 +8,7 @@ from bench.records.points import Point, where
 from bench.records.records import Record
 from bench.runner.experiment import Table
 from bench.statistics.excess_flip import PIXELS_PER_DEGREE
-from lod.motion.window_of_visibility import critical_hz
+from lod.motion import critical_hz
 
 FPS = 24.0
 FINEST_CPD = PIXELS_PER_DEGREE / 2

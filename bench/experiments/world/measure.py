@@ -15,8 +15,8 @@ from bench.records.points import Column, Point, columns
 from bench.records.provenance import scene_digest
 from bench.runner.experiment import Effort
 from bench.runner.timing import interleaved_seconds
-from lod.law.ground_quadrature import max_ground_distance
-from lod.pruning.pruner import prune
+from lod.law import max_ground_distance
+from lod.pruner import prune
 from scenes.preset.load import load_preset
 
 PRESET, SPECIES, SIZE = "crowd", "figure", "96x54"

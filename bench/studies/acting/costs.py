@@ -15,17 +15,17 @@ from dataclasses import dataclass
 from types import FrameType
 
 from bench.studies.acting.crowd import Troupe, by_behaviour, troupe_of, walkers
-from lod.pruning.crossfade import blend_weights
-from lod.pruning.pruner import prune
+from lod.crossfade import blend_weights
+from lod.pruner import prune
 from scenes.preset.tables import Preset
 from scenes.world.view import view_at
 from scenes.world.world import build_world
 
 _EVERY_S = 0.0005
 KINDS: dict[str, tuple[str, ...]] = {
-    "quaternions": ("lod.actors.quaternion", "lod.actors.joint", "lod.actors.vectors"),
+    "quaternions": ("lod.actors.quaternion", "lod.actors.joint", "lod.actors.quaternion"),
     "messages": ("lod.actors",),
-    "bodies": ("scenes.actors.body", "scenes.actors.limb", "scenes.actors.motions"),
+    "bodies": ("scenes.actors.body", "scenes.actors.limb", "scenes.actors.limb"),
     "the scene": ("scenes.actors.stage",),
     "behaviours": ("scenes.actors.behaviours",),
     "who is due": ("scenes.actors",),

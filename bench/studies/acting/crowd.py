@@ -8,10 +8,8 @@ from typing import Any, NamedTuple
 from lod.actors.message import ask
 from scenes.actors.acting import Acting
 from scenes.actors.behaviour import Acts, Me
-from scenes.actors.behaviours.people import walk
-from scenes.actors.behaviours.registry import BEHAVIOURS
-from scenes.actors.cast import Cast
-from scenes.actors.performance import Performance
+from scenes.actors.behaviours import BEHAVIOURS, walk
+from scenes.actors.performance import Cast, Performance
 from scenes.preset.load import preset_from
 from scenes.preset.tables import Preset
 from scenes.world.cast import make_acting, make_cast, preset_roles, role_prototypes

@@ -15,14 +15,13 @@ import numpy as np
 
 from bench.studies.acting.crowd import dearer, troupe_of, walkers
 from lod.arrays import Reals
-from lod.pruning.crossfade import blend_weights
-from lod.pruning.pruner import prune
-from lod.pruning.shapes import Sticks
-from lod.pruning.update_schedule import TruePose, displacement_px, initial_state
-from lod.pruning.view import View
+from lod.crossfade import blend_weights
+from lod.pruner import prune
+from lod.shapes import Sticks
+from lod.update_schedule import TruePose, displacement_px, initial_state
+from lod.view import View
 from scenes.actors.acting import LONGEST_COAST_S, Acting, Rules
-from scenes.actors.cast import Cast
-from scenes.actors.performance import ActedFrame, Performance
+from scenes.actors.performance import ActedFrame, Cast, Performance
 from scenes.world.view import view_at
 from scenes.world.world import build_world
 

@@ -14,10 +14,9 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from bench.studies.acting.crowd import troupe_of, walkers
-from scenes.actors.behaviours.steering import BODY_M
-from scenes.actors.cast import posed_prototype
-from scenes.actors.performance import EIGHTHS, PHASE, STRIDE_FACTOR, YAW, X, Y
-from scenes.field.posed_species import species_prototypes
+from scenes.actors.behaviours import BODY_M
+from scenes.actors.performance import EIGHTHS, PHASE, STRIDE_FACTOR, YAW, X, Y, posed_prototype
+from scenes.field.prototypes import species_prototypes
 from scenes.gait.foot_path import heel_and_ball
 from scenes.gait.patrol import PatrolOrbit
 from scenes.models.catalogue import model_prototypes

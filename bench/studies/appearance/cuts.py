@@ -9,13 +9,11 @@ from bench.fields.scene import FLAT
 from bench.studies.appearance.cases import Case, prototype_of
 from lod.arrays import Reals
 from lod.camera import Corner, camera_from_heading
-from lod.metric.family import METRICS
-from lod.pruning.parts import BlendWeights
-from lod.pruning.pruner import Cut, prune
-from lod.pruning.shapes import Appearance, Sticks, Triangles, batches_of
-from lod.pruning.view import View
-from lod.stick_table import StickTable
-from scenes.field.placed_object import Placed
+from lod.metric import METRICS
+from lod.pruner import BlendWeights, Cut, prune
+from lod.shapes import Appearance, Sticks, StickTable, Triangles, batches_of
+from lod.view import View
+from scenes.field.species_field import Placed
 from scenes.sticks.appearance.tone import Illumination
 from scenes.sticks.shapes import Shapes
 

@@ -12,12 +12,11 @@ from functools import lru_cache
 import numpy as np
 
 from bench.studies.appearance.cuts import LoneObject, shapes_of, unit
+from lod.air import CLEAR
 from lod.arrays import Reals
-from lod.atmosphere.air import CLEAR
 from lod.camera import Camera, Corner
-from lod.pruning.parts import Parts
-from lod.pruning.pruner import Cut, cut_from_parts
-from lod.pruning.shapes import Triangles
+from lod.pruner import Cut, Parts, cut_from_parts
+from lod.shapes import Triangles
 from scenes.frame.displayed import DisplayedRepresentation
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.quality import Quality

@@ -19,7 +19,7 @@ import numpy as np
 from bench.count.count_frame import count
 from bench.studies.grass.frames import PRESET
 from lod.errors import InputError
-from lod.pruning.pruner import prune
+from lod.pruner import prune
 from scenes.frame.displayed import display
 from scenes.preset.load import load_preset, preset_from
 from scenes.preset.tables import Preset

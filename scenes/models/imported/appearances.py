@@ -13,7 +13,7 @@ from jaxtyping import Float64
 from PIL import Image
 
 from lod.arrays import Points, Reals
-from lod.stick_table import StickTable
+from lod.shapes import StickTable
 from scenes.model_files.part_tree import PartTree
 from scenes.models.imported.surface import surface_balls
 from scenes.sticks.appearance.fit import fit_appearances

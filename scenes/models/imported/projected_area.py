@@ -10,7 +10,7 @@ from jaxtyping import Float64
 from numba import njit
 
 from lod.arrays import Ints
-from lod.mesh_table import MeshTable
+from lod.shapes import MeshTable
 from scenes.sticks.union_area import _along, _frame
 
 CELLS = 160

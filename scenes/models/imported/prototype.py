@@ -17,10 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from lod.arrays import Ints, Points, Reals
-from lod.mesh_table import MeshTable
-from lod.metric.hierarchy import Hierarchy
-from lod.metric.tied_levels import max_over_tied, representative
-from lod.stick_table import StickTable
+from lod.hierarchy import Hierarchy, max_over_tied, representative
+from lod.shapes import MeshTable, StickTable
 from scenes.model_files.part_tree import PartTree
 from scenes.models.imported.appearances import model_appearances
 from scenes.models.imported.joints import joints_of, motion_of

@@ -3,8 +3,7 @@
 import numpy as np
 
 from lod.arrays import Points, expand
-from lod.mesh_table import MeshTable, triangle_areas
-from lod.stick_table import StickTable
+from lod.shapes import MeshTable, StickTable, triangle_areas
 
 _PIECES = 48
 """Pieces of one mesh, about as many or more."""

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lod.stick_table import StickTable
+from lod.shapes import StickTable
 from scenes.models.trees.growth import Branches, GrownFoliage
 from scenes.models.trees.parameters import TreeSpecies
 

@@ -20,9 +20,8 @@ from functools import lru_cache
 import numpy as np
 
 from lod.arrays import Ints, Points, Reals
-from lod.mesh_table import MeshTable
-from lod.metric.hierarchy import Hierarchy
-from lod.stick_table import StickTable
+from lod.hierarchy import Hierarchy
+from lod.shapes import MeshTable, StickTable
 from scenes.models.trees.parameters import TreeSpecies
 from scenes.models.trees.tree import tree_prototypes
 from scenes.rig.keyframes import Motion, key_phases

@@ -14,7 +14,7 @@ from functools import lru_cache
 import numpy as np
 
 from lod.errors import InputError
-from lod.stick_table import StickTable
+from lod.shapes import StickTable
 from scenes.models.trees.grown_tree import GrownTree
 from scenes.models.trees.growth import grow
 from scenes.models.trees.parameters import TreeSpecies

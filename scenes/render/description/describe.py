@@ -13,8 +13,8 @@ import numpy as np
 
 from lod.camera import GRID_M, Camera, Corner
 from lod.errors import InputError
-from lod.pruning.pruner import Cut
-from lod.pruning.shapes import Sticks, Triangles, batches_of
+from lod.pruner import Cut
+from lod.shapes import Sticks, Triangles, batches_of
 from lod.threads import map_chunks
 from scenes.frame.displayed import DisplayedRepresentation
 from scenes.frame.frame_input import FrameInput

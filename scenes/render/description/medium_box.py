@@ -13,7 +13,7 @@ sun's disc is not drawn. Slower and noisier than the closed forms: for compariso
 
 import numpy as np
 
-from lod.atmosphere.air import Air, rgb_extinction
+from lod.air import Air, rgb_extinction
 from lod.errors import InputError
 from scenes.render.description.scene_description import MEDIUM, Description
 

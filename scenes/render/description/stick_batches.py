@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import njit
 
-from lod.pruning.shapes import Sticks
+from lod.shapes import Sticks
 
 MOST_SEGMENTS = 2**23
 """Segments in one shape: the renderer hands back their numbers as float32, exact below 2**24."""

@@ -8,8 +8,7 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from lod.atmosphere.air import haze_extinction, mist_extinction
-from lod.atmosphere.mist import Mist
+from lod.air import Mist, haze_extinction, mist_extinction
 from scenes.frame.quality import Quality, SampleWatch, sampler_seed
 from scenes.render.drivers.accumulate import Samples
 from scenes.render.drivers.camera_rays import in_window, pixel_sums, sample_rays
@@ -139,7 +138,7 @@ def mist_equivalent_length(
 ) -> Any:
     """Length [m] of a path at the mist's base with as much mist as each ray, on Dr.Jit arrays.
 
-    lod.atmosphere.mist and haze.mist_transmittance do the same for NumPy arrays.
+    lod.air and haze.mist_transmittance do the same for NumPy arrays.
     """
     scale = dr.opaque(mi.Float, mist.scale_m)
     start = dr.opaque(mi.Float, eye_m - mist.base_m)

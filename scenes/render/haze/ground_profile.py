@@ -3,7 +3,7 @@
 import numpy as np
 from jaxtyping import Float64
 
-from lod.atmosphere.plane_parallel import SPOKES
+from lod.plane_parallel import SPOKES
 from scenes.render.description.scene_description import Description
 
 DISTANCES_M = np.concatenate(([0.0], np.geomspace(5.0, 4e4, 24)))

@@ -8,7 +8,7 @@ The law is applied in two places, which change together:
                                                a covariance term: exact while linear in L
 
 Both take the light that the air adds from ``in_scattered_light`` below. The look-ups of airlight
-and sky and the path through mist are written twice, too: here (and in lod.atmosphere.mist) in NumPy
+and sky and the path through mist are written twice, too: here (and in lod.air) in NumPy
 for drivers/scalar_passes.py, in drivers/jit.py for Dr.Jit, with other rounding. drivers/volpath.py
 applies nothing of this: there the renderer traces the air itself as a medium.
 
@@ -26,9 +26,8 @@ from typing import Any
 
 import numpy as np
 
+from lod.air import Air, PathBands, base_equivalent_length, mist_extinction, optical_depth
 from lod.arrays import Reals
-from lod.atmosphere.air import Air, PathBands, mist_extinction, optical_depth
-from lod.atmosphere.mist import base_equivalent_length
 from scenes.render.description.direction_table import (
     azimuth,
     interpolate,

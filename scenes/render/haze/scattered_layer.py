@@ -1,9 +1,9 @@
 """Light in a layer of scattering air, in closed form along each line of sight (--haze scattered).
 
 The layer is the air of the reference, a medium in the scene: it reaches from the ground to the top
-of the medium's box, or several scale heights above the base of mist. lod.atmosphere.plane_parallel
+of the medium's box, or several scale heights above the base of mist. lod.plane_parallel
 solves for its light over flat ground, on which the field's species are a turbid medium
-(lod.canopy.turbid_medium). Along a line of sight the light is that of the same height above the
+(lod.canopy). Along a line of sight the light is that of the same height above the
 ground of the displayed meshes. The solution gives three things: the airlight in every direction up
 to every distance; the sky as it appears from the eye; and the light that reaches the ground, the
 sun's and that of layer and sky together. Two things are neglected: where each object stands (its
@@ -15,8 +15,9 @@ from functools import partial
 
 import numpy as np
 
-from lod.atmosphere.air import Air, optical_depth
-from lod.atmosphere.plane_parallel import (
+from lod.air import Air, optical_depth
+from lod.canopy import Canopy
+from lod.plane_parallel import (
     LOWEST_SUN,
     RINGS,
     SPOKES,
@@ -25,7 +26,6 @@ from lod.atmosphere.plane_parallel import (
     directions,
     source_function,
 )
-from lod.canopy.turbid_medium import Canopy
 from scenes.render.description.direction_table import azimuth, interpolate, row_upper
 from scenes.render.description.medium_box import ALBEDO, ASYMMETRY, extent
 from scenes.render.description.scene_description import Description
@@ -129,7 +129,7 @@ def _sources(description: Description, air: Air, profile: Profile, top: float) -
 
 
 def _slab_inputs(description: Description, air: Air, ground: float, top: float) -> SlabInputs:
-    """Describe the layer over flat ground at a height, for lod.atmosphere.plane_parallel."""
+    """Describe the layer over flat ground at a height, for lod.plane_parallel."""
     light, way = description["light"], directions()[RINGS // 2 :]
     canopy: Canopy = light["canopy"]
     free = np.linspace(ground + canopy.top_m, top, _STEPS + 1)

@@ -12,9 +12,9 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float64
 
+from lod.air import Air, optical_depth
 from lod.arrays import Reals, freeze
-from lod.atmosphere.air import Air, optical_depth
-from lod.atmosphere.plane_parallel import RINGS, mean_path_fraction
+from lod.plane_parallel import RINGS, mean_path_fraction
 from scenes.render.description.direction_table import row_sine
 
 Light = Float64[np.ndarray, "rows spokes bands"]

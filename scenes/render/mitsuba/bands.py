@@ -9,8 +9,8 @@ from functools import lru_cache
 
 import numpy as np
 
+from lod.air import rgb_wavelengths
 from lod.arrays import freeze
-from lod.atmosphere.rgb_bands import rgb_wavelengths
 
 EDGES_NM = np.arange(400.0, 721.0, 20.0)
 """Of the spectral bands: the sky's model ends at 720 nm, and the eye sees 0.1 % beyond the ends."""

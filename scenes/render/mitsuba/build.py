@@ -11,7 +11,7 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from lod.thin_lens import ThinLens
+from lod.camera import ThinLens
 from scenes.render.description.scene_description import MEDIUM, Description
 from scenes.render.mitsuba.emitters import sun, surroundings, variant_bands
 from scenes.render.mitsuba.panorama import PanoramaSensor

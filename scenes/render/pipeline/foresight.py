@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from lod.errors import InputError
-from lod.motion.image_motion import eye_relative_to
-from lod.pruning.view import View
+from lod.motion import eye_relative_to
+from lod.view import View
 from scenes.preset.tables import Preset
 from scenes.render.pipeline.memory_limit import check_frame_forecast, frame_bytes, memory_limit
 from scenes.world.forecast import forecast

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import psutil
 
 from lod.errors import InputError
-from lod.pruning.view import View
+from lod.view import View
 from scenes.frame.assemble import frame_quality
 from scenes.frame.frame_input import FrameInput
 from scenes.models.catalogue import model_prototypes

@@ -27,7 +27,7 @@ people a square metre, each in a pose of its own, takes more than this says.
 import math
 from dataclasses import dataclass
 
-from lod.pruning.shapes import Sticks, Triangles, batches_of
+from lod.shapes import Sticks, Triangles, batches_of
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.quality import Quality
 from scenes.world.forecast import Forecast

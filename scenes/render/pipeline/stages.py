@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
-from lod.atmosphere.air import Air
+from lod.air import Air
 from lod.camera import Camera
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.layers import Layers

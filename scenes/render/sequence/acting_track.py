@@ -5,8 +5,14 @@ from pathlib import Path
 from typing import Any
 
 from lod.errors import InputError
-from scenes.actors.performance import Performance
-from scenes.actors.track import Track, from_bytes, performance_of, to_bytes, track_of
+from scenes.actors.performance import (
+    Performance,
+    Track,
+    from_bytes,
+    performance_of,
+    to_bytes,
+    track_of,
+)
 from scenes.preset.acting import has_acting
 from scenes.preset.tables import Preset
 from scenes.render.files.frame_paths import make_folder

@@ -8,10 +8,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from lod.errors import InputError
-from lod.pruning.detail_for_budget import MIN_BUDGET_USE, find_detail
-from lod.pruning.pruner import prune
-from lod.pruning.view import View
-from scenes.field.field_forecast import forecast_field
+from lod.part_budget import MIN_BUDGET_USE, find_detail
+from lod.pruner import prune
+from lod.view import View
+from scenes.field.forecast import forecast_field
 from scenes.frame.assemble import assemble_frame
 from scenes.preset.tables import Preset
 from scenes.render.mitsuba.variants import choose
@@ -45,7 +45,7 @@ def within_budget(
 
     They hold at most ``view.max_parts`` parts, and are predicted to need at most
     ``view.max_memory`` bytes; the fullest uses nearly all of that
-    (``lod.pruning.detail_for_budget``). Where there are not so many parts to show, the detail is
+    (``lod.part_budget``). Where there are not so many parts to show, the detail is
     the coarsest that shows all there are, or the finest that the ground can have, and ``note`` is
     called with a line that says so. Without such limits the preset stays as it is. Raises
     InputError where no detail fits, and where so many parts need more memory than ``most_bytes``

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lod.pruning.pruner import Cut, prune
-from scenes.actors.cast import Cast
+from lod.pruner import Cut, prune
+from scenes.actors.performance import Cast
 from scenes.preset.tables import Preset
 from scenes.render.description.describe import object_ids
 from scenes.world.view import view_at

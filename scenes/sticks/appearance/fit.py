@@ -16,7 +16,7 @@ import numpy as np
 from jaxtyping import Bool, Float64, Int64
 
 from lod.arrays import Flags, Ints, Points, Reals
-from lod.stick_table import StickTable
+from lod.shapes import StickTable
 from lod.threads import map_chunks
 from scenes.processes.content_cache import kept
 from scenes.processes.content_key import content_key

@@ -1,9 +1,9 @@
 """How much of a leaf appearance and of the parts that it stands for lies in one another.
 
-While the parts of a level show half of themselves, as when they fade (``lod.pruning.crossfade``),
+While the parts of a level show half of themselves, as when they fade (``lod.crossfade``),
 the object is to cover what it does with all of them and with none, in the mean. The share s of the
 leaf appearance that makes it so, with the inner appearance whole, gives the overlap c of
-``lod.pruning.area_scaling``: for a hidden share of a half s = ½/(1 − c/2), so that c = 2 − 1/s.
+``lod.crossfade``: for a hidden share of a half s = ½/(1 − c/2), so that c = 2 − 1/s.
 """
 
 from collections.abc import Sequence
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lod.arrays import Ints, Reals
-from lod.stick_table import StickTable
+from lod.shapes import StickTable
 from lod.threads import map_chunks
 from scenes.sticks.appearance.crown_views import CrownViews, look_at
 from scenes.sticks.appearance.part_sticks import PartSticks

@@ -12,8 +12,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from lod.arrays import Flags, Ints
-from lod.mesh_table import MeshTable
-from lod.stick_table import StickTable
+from lod.shapes import MeshTable, StickTable
 from scenes.sticks.shapes import Shapes
 from scenes.sticks.view_dependent_area import with_area_share
 

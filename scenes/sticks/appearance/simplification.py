@@ -16,7 +16,7 @@ from jaxtyping import Float64, Int64
 from numba import njit
 
 from lod.arrays import Ints, Points, Reals
-from lod.stick_table import StickTable
+from lod.shapes import StickTable
 from scenes.sticks.outline_area import directions, mean_area, mean_outline_areas
 from scenes.sticks.union_area import COARSE
 

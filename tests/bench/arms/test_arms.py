@@ -26,8 +26,8 @@ from bench.arms.registry import OURS, arms
 from bench.arms.stochastic import CONTRASTS, drawn_shares, elements_of, outline_areas, toward_mean
 from bench.fields.windows import Picture, window_preset
 from lod.errors import InputError
-from lod.pruning.pruner import prune
-from lod.pruning.view_geometry import distance, in_view
+from lod.pruner import prune
+from lod.view import distance, in_view
 from scenes.plugins import entry_points
 from scenes.world.view import view_at
 from scenes.world.world import build_world

@@ -14,8 +14,8 @@ from scenes.processes import source_digest as sources
 
 ROOT = Path(__file__).parents[3]
 PHILOX = (
-    "import numpy as np; from scenes.noise.philox import philox;"
-    "print(philox(*np.arange(6, dtype=np.uint64))[0])"
+    "import numpy as np; from scenes.noise import philox4x64;"
+    "print(philox4x64(*np.arange(6, dtype=np.uint64))[0])"
 )
 WITH_CACHE = f"from bench.cli.kernel_cache import use_kernel_cache; use_kernel_cache(); {PHILOX}"
 
@@ -55,7 +55,7 @@ def test_a_kernel_whose_index_cannot_be_read_is_compiled_again(tmp_path: Path) -
 def test_other_sources_find_an_empty_folder(tmp_path: Path) -> None:
     folder = installation(tmp_path)
     assert python(WITH_CACHE, folder).returncode == 0
-    with (folder / "scenes/noise/lattice.py").open("a") as file:
+    with (folder / "scenes/noise.py").open("a") as file:
         file.write("# changed\n")
     assert python(WITH_CACHE, folder).returncode == 0
     assert len([*(folder / "cache").glob("kernels-*/*/*.nbi")]) >= 2

@@ -12,7 +12,7 @@ from bench.experiments.air.targets import order
 from bench.records.points import Column, Point, columns
 from bench.records.provenance import provenance
 from bench.records.records import Record
-from lod.atmosphere.air import Air, rgb_extinction
+from lod.air import Air, rgb_extinction
 
 
 def targets(way="jit", factor=1.0, visibility=5e3):

@@ -10,7 +10,7 @@ from bench.experiments.air.targets import (
     order,
     visibility_seen,
 )
-from lod.atmosphere.air import Air, rgb_extinction
+from lod.air import Air, rgb_extinction
 from scenes.frame.quality import Quality
 from scenes.render.mitsuba import variants
 

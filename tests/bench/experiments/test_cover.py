@@ -31,10 +31,10 @@ from bench.fields.judged_seeds import BUILDING_SEEDS
 from bench.records.points import Column, Point
 from bench.records.provenance import provenance
 from bench.records.records import Record
-from lod.atmosphere.air import rgb_extinction
-from lod.metric.family import METRICS
-from lod.pruning.pruner import prune
-from lod.pruning.view_geometry import in_view
+from lod.air import rgb_extinction
+from lod.metric import METRICS
+from lod.pruner import prune
+from lod.view import in_view
 from scenes.frame.layers import Layers
 from scenes.preset.load import load_preset
 from scenes.sticks.contrast import LUMINANCE

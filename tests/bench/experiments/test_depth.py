@@ -10,7 +10,7 @@ from bench.experiments.depth.measure import EXTENTS_M, RAYS, pierced
 from bench.records.points import Column, Point
 from bench.records.provenance import provenance
 from bench.records.records import Record
-from lod.pruning.shapes import Sticks
+from lod.shapes import Sticks
 
 NORTH = np.array([[0.0, 1.0, 0.0]])
 EYE = np.zeros(3)

@@ -40,9 +40,8 @@ from bench.runner.run_experiment import run_experiment
 from bench.statistics.estimates import two_sided_median
 from lod.camera import Corner, camera_from_heading
 from lod.errors import InputError
-from lod.pruning.parts import Parts
-from lod.pruning.pruner import prune
-from lod.pruning.shapes import Sticks
+from lod.pruner import Parts, prune
+from lod.shapes import Sticks
 
 SMALL = Effort("quick", {"poses": 6, "distances": 8, "repeats": 8, "posed": 3})
 

@@ -15,7 +15,7 @@ from bench.fields.part_sizes import SIZES, part_counts, predicted_parts, prototy
 from bench.runner.run_experiment import run_experiment
 from bench.statistics.estimates import two_sided_share
 from lod.errors import InputError
-from lod.vision.contrast import CONTRAST_CLASSES
+from lod.eye import CONTRAST_CLASSES
 
 
 def run_cases_of(name, cases, seed=5):

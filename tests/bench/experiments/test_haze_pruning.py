@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from bench.statistics.excess_flip import FLOOR, LEAST_PAIRS, mean_flip, one_sided_excess
-from lod.atmosphere.air import CLEAR
-from lod.pruning.pruner import prune
+from lod.air import CLEAR
+from lod.pruner import prune
 from scenes.frame.assemble import assemble_frame
 from scenes.preset.load import load_preset
 from scenes.world.view import view_at

@@ -14,8 +14,8 @@ from bench.records.points import Point, columns
 from bench.records.provenance import provenance
 from bench.records.records import Record
 from bench.statistics.estimates import two_sided_quantile
-from lod.metric.family import METRICS
-from lod.pruning.view import View
+from lod.metric import METRICS
+from lod.view import View
 
 VIEW = View(camera(640), METRICS["blake"], look_around=True)
 THETA = VIEW.camera.pixel_angle

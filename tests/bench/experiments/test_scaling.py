@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import lod.metric.family
-import lod.pruning.view
+import lod.metric
+import lod.view
 from bench.experiments.registry import EXPERIMENTS
 from bench.experiments.scaling import count_field as scaling_measure
 from bench.experiments.scaling import measure as scaling
@@ -25,8 +25,8 @@ from bench.records.records import read_record, write_record
 from bench.runner.experiment import Effort, silent
 from bench.runner.run_experiment import run_experiment
 from bench.statistics.sample_size import StoppingRule, sample, worst_error
-from lod.law.flat_ground import chained_limits
-from lod.metric.family import METRICS
+from lod.law import chained_limits
+from lod.metric import METRICS
 
 SMALL = Case("density", "figure", "blake", density=0.01, detail=20.0)
 FIGURES = [case for case in cases() if case.species == "figure"]
@@ -109,8 +109,8 @@ def test_predictions_owe_nothing_to_the_pruner(monkeypatch):
     def broken(*_):
         raise AssertionError("the pruner's limits were asked for")
 
-    monkeypatch.setattr(lod.metric.family, "limit_distances", broken)
-    monkeypatch.setattr(lod.pruning.view, "limit_distances", broken)
+    monkeypatch.setattr(lod.metric, "limit_distances", broken)
+    monkeypatch.setattr(lod.view, "limit_distances", broken)
     assert predict(SMALL).parts > predict(SMALL).objects > 0
 
 

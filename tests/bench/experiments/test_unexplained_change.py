@@ -11,10 +11,10 @@ from bench.experiments.popping.unexplained_change import Frame, Seen, frames_of,
 from bench.studies.films.clips import MOST_RATIO
 from bench.studies.films.forest_walk import walk_settings
 from lod.camera import Corner, camera_from_heading
-from lod.metric.family import METRICS
-from lod.pruning.pruner import prune
-from lod.pruning.view import View
-from scenes.field.placed_object import Placed
+from lod.metric import METRICS
+from lod.pruner import prune
+from lod.view import View
+from scenes.field.species_field import Placed
 from scenes.frame.displayed import DisplayedRepresentation, display
 from scenes.frame.quality import Quality
 from scenes.models.boulder import boulder_prototypes

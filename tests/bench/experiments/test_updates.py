@@ -11,7 +11,7 @@ from bench.experiments.updates.claims import judge, off_px, redrawn
 from bench.experiments.updates.measure import BUDGET, CROWD, MOVES, SPEEDS, THRESHOLDS
 from bench.records.points import Column, Point
 from bench.runner.run_experiment import run_experiment
-from lod.pruning.update_schedule import WINDOW
+from lod.update_schedule import WINDOW
 from scenes.preset.load import load_preset
 from scenes.world.world import build_world
 from tests.bench.edited import edited

@@ -30,7 +30,7 @@ from bench.cli.view_flags import FLAG_KEYS, preset_from_flags
 from bench.records.provenance import provenance
 from bench.records.records import FORMAT, FORMAT_VERSION, _hash, read_record
 from lod.errors import InputError
-from lod.metric.family import Metric
+from lod.metric import Metric
 from scenes.plugins import entry_points
 from scenes.preset.errors import known_keys
 from scenes.preset.load import load_preset, preset_from, preset_names

@@ -14,8 +14,9 @@ from bench.experiments.popping import unexplained_change
 from bench.experiments.registry import EXPERIMENTS
 from bench.experiments.scaling import count_field
 from bench.runner.run_experiment import run_experiment
-from lod.atmosphere.air import CLEAR
-from scenes.field import lit_prototypes, posed_species
+from lod.air import CLEAR
+from scenes.field import prototypes as lit_prototypes
+from scenes.field import prototypes as posed_species
 from scenes.render.haze import haze
 from scenes.world import world
 

@@ -25,9 +25,9 @@ from bench.studies.acting.walking import (
     nearest_m,
     walking_rows,
 )
-from lod.pruning.pruner import prune
+from lod.pruner import prune
 from scenes.actors.acting import Rules
-from scenes.actors.behaviours.registry import BEHAVIOURS
+from scenes.actors.behaviours import BEHAVIOURS
 from scenes.world.cast import make_cast
 from scenes.world.view import view_at
 from scenes.world.world import build_world, make_terrain

@@ -6,10 +6,9 @@ from click.testing import CliRunner
 
 from bench.studies.terrain_skyline import command, skyline, slice_camera
 from lod.camera import Corner, camera_from_heading
-from lod.metric.family import METRICS
-from lod.pruning.shapes import Triangles
-from lod.pruning.view import View
-from lod.pruning.view_geometry import in_view
+from lod.metric import METRICS
+from lod.shapes import Triangles
+from lod.view import View, in_view
 
 
 def test_the_skyline_of_a_gable_is_its_outline():

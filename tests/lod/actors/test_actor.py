@@ -6,12 +6,17 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from lod.actors.actor import Actor, CompoundActor, PositionableObject, SimpleActor
-from lod.actors.appearance import ConeStick, StickBundle
-from lod.actors.dispatch import mutator, query
+from lod.actors.actor import (
+    Actor,
+    CompoundActor,
+    ConeStick,
+    PositionableObject,
+    SimpleActor,
+    StickBundle,
+)
 from lod.actors.joint import IDENTITY_JOINT, JointLimits, RevoluteJoint
 from lod.actors.message import Answer, Message, Refusal, Refused, ask, change
-from lod.actors.object_with_parts import ObjectWithParts
+from lod.actors.object_with_parts import ObjectWithParts, mutator, query
 from lod.actors.quaternion import NORTH, UP, components, rotate, rotation
 from lod.errors import InputError
 

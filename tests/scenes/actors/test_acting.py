@@ -9,10 +9,9 @@ import pytest
 from lod.actors.message import Refusal, Refused, ask, change
 from lod.actors.object_with_parts import ObjectWithParts
 from lod.errors import InputError
-from scenes.actors.behaviours.registry import BEHAVIOURS
-from scenes.actors.performance import EIGHTHS, YAW, X, Y
-from scenes.actors.track import from_bytes, to_bytes, track_of
-from scenes.actors.track import performance_of as replay
+from scenes.actors.behaviours import BEHAVIOURS
+from scenes.actors.performance import EIGHTHS, YAW, X, Y, from_bytes, to_bytes, track_of
+from scenes.actors.performance import performance_of as replay
 from scenes.processes.signals import Stopped, raise_when_stopped, restore
 from tests.scenes.actors.scene import ANN, JOE, acting_of, performance_of, preset
 

@@ -10,9 +10,8 @@ import pytest
 from lod.actors.message import Refusal, ask, change
 from lod.actors.quaternion import Quaternion, rotation
 from scenes.actors.body import Body
-from scenes.actors.cast import posed_prototype
-from scenes.actors.limb import limb_routes, limb_tree
-from scenes.actors.motions import planted_phase, prints_ahead, step_at
+from scenes.actors.limb import limb_routes, limb_tree, planted_phase, prints_ahead, step_at
+from scenes.actors.performance import posed_prototype
 from scenes.models.animals.catalogue import animal
 from scenes.models.people.people import people_at_rest
 from scenes.models.people.walking import walking_people

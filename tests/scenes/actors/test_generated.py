@@ -10,8 +10,8 @@ import pytest
 from lod.actors.message import Refused, ask, change
 from lod.errors import InputError
 from scenes.actors import behaviour as limits
-from scenes.actors.behaviours.registry import BEHAVIOURS
-from scenes.actors.track import from_bytes, to_bytes, track_of
+from scenes.actors.behaviours import BEHAVIOURS
+from scenes.actors.performance import from_bytes, to_bytes, track_of
 from tests.scenes.actors.scene import performance_of, preset
 
 FRAMES, LONGEST_S = 6, 120.0  # the first one compiles

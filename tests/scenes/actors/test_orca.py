@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scenes.actors.behaviours.orca import orca_velocity
+from scenes.actors.behaviours import orca_velocity
 
 KEPT = 0.5
 speeds = st.floats(-2, 2)

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
+from scenes.actors.acting import Restlessness, offset_bound_m
 from scenes.actors.body import ACCELERATION, SPIN_ACCELERATION
-from scenes.actors.cast import posed_prototype
-from scenes.actors.motions import planted_phase, step_at
-from scenes.actors.urgency import Restlessness, offset_bound_m
-from scenes.field.posed_species import species_prototypes
+from scenes.actors.limb import planted_phase, step_at
+from scenes.actors.performance import posed_prototype
+from scenes.field.prototypes import species_prototypes
 from scenes.models.catalogue import model_prototypes
 from scenes.rig.foot_placement import Placements, place_on_ground
 from scenes.rig.pose import pose_points

@@ -8,17 +8,16 @@ import pytest
 
 from lod.camera import GRID_M, Corner, camera_from_heading
 from lod.errors import InputError
-from lod.metric.family import METRICS
-from lod.pruning.pruner import prune
-from lod.pruning.view import View
+from lod.metric import METRICS
+from lod.pruner import prune
+from lod.view import View
 from scenes.dust.appearance import DustFrame
 from scenes.dust.dust import Dust
 from scenes.dust.footfalls import Walkers, footfalls, landing, object_keys
 from scenes.dust.growth import HIGH, LIFE_S, settling_speed, wind_near_ground
 from scenes.dust.soil import Soil
-from scenes.field.placement import patrol_orbits
-from scenes.field.poisson_cells import CellSamples
-from scenes.field.species import Species
+from scenes.field.cells import CellSamples
+from scenes.field.placement import Species, patrol_orbits
 from scenes.field.species_field import SpeciesField
 from scenes.models.animals.catalogue import animal
 from scenes.models.catalogue import people

@@ -3,15 +3,14 @@
 import numpy as np
 import pytest
 
-from lod.stick_table import StickTable
+from lod.shapes import StickTable
 from scenes.far_cover.stand_rays import (
     intersect_layers,
     intersect_stand,
     stand_field,
     stand_layers,
 )
-from scenes.noise.lattice import lattice_bits
-from scenes.noise.philox import unit_float
+from scenes.noise import lattice_bits, unit_float
 from scenes.sticks.ray_grid import NOTHING, intersect_ray, make_grids, normal_at
 
 SEED = np.uint64(0x57A4D)

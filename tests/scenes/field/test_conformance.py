@@ -6,18 +6,17 @@ from functools import partial
 import numpy as np
 import pytest
 
-from bench.conformance.rules import RULES, Subject, broken_rules
+from bench.conformance import RULES, Subject, broken_rules
 from lod.actors.message import ask, change
 from lod.actors.quaternion import Quaternion
 from lod.camera import Corner, camera_from_heading
 from lod.errors import InputError
 from scenes.actors.body import Body
-from scenes.actors.cast import posed_prototype
+from scenes.actors.performance import posed_prototype
 from scenes.dust.dust import Dust
 from scenes.dust.soil import Soil
-from scenes.field.placed_object import Placed
-from scenes.field.species import Species
-from scenes.field.species_field import SpeciesField
+from scenes.field.placement import Species
+from scenes.field.species_field import Placed, SpeciesField
 from scenes.models.animals.catalogue import animal
 from scenes.models.boulder import boulder_prototypes
 from scenes.models.catalogue import MODELS, model_prototypes
@@ -206,6 +205,6 @@ def test_the_suite_notices_a_walk_of_its_own_making():
 
 
 def test_what_cannot_be_held_whole_is_refused(monkeypatch):
-    monkeypatch.setattr("bench.conformance.rules.MOST_PARTS", 100)
+    monkeypatch.setattr("bench.conformance.MOST_PARTS", 100)
     with pytest.raises(InputError, match="at most 100 parts"):
         broken_rules(SUBJECTS["flat terrain"]())

@@ -11,21 +11,19 @@ from hypothesis import strategies as st
 from numpy.random import Philox
 
 from lod.camera import GRID_M, Corner, camera_from_heading, split_position
+from lod.crossfade import blend_weights
 from lod.errors import InputError
-from lod.metric.family import METRICS
-from lod.metric.hierarchy import Hierarchy
-from lod.pruning.crossfade import blend_weights
-from lod.pruning.pruner import prune
-from lod.pruning.view import View
-from lod.stick_table import StickTable
-from lod.vision.blur_cascade import BlurWidths
-from lod.vision.contrast import CONTRAST_CLASSES
-from lod.vision.eye import Display, Eye
-from lod.vision.viewer import ViewingConditions
-from scenes.field.poisson_cells import PoissonCells
-from scenes.field.species import Species
+from lod.eye import CONTRAST_CLASSES, Display, Eye
+from lod.hierarchy import Hierarchy
+from lod.metric import METRICS
+from lod.pruner import prune
+from lod.shapes import StickTable
+from lod.view import View
+from lod.viewing import BlurWidths, ViewingConditions
+from scenes.field.cells import PoissonCells
+from scenes.field.placement import Species
 from scenes.field.species_field import SpeciesField
-from scenes.noise.philox import hash_name
+from scenes.noise import hash_name
 from scenes.sticks.prototype import Prototype
 
 

@@ -9,10 +9,10 @@ from bench.count.count_frame import predict
 from bench.fields.scene import FLAT, prototypes_of
 from lod.camera import Corner, camera_from_heading
 from lod.errors import InputError
-from lod.metric.family import METRICS
-from lod.pruning.pruner import prune, prune_by_level
-from lod.pruning.view import View
-from scenes.field.species import Species
+from lod.metric import METRICS
+from lod.pruner import prune, prune_by_level
+from lod.view import View
+from scenes.field.placement import Species
 from scenes.field.species_field import SpeciesField
 from scenes.preset.load import load_preset
 

@@ -8,11 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lod.pruning.compiled_test import compile_view, distance_to, is_displayed, sphere_in_frustum
-from lod.pruning.crossfade import blend_weights
-from lod.pruning.parts import Parts
-from lod.pruning.pruner import displayed, prune, prune_by_level
-from lod.pruning.view_geometry import distance, in_view
+from lod.crossfade import blend_weights
+from lod.pruner import Parts, displayed, prune, prune_by_level
+from lod.view import compile_view, distance, distance_to, in_view, is_displayed, sphere_in_frustum
 from scenes.preset.load import load_preset
 from scenes.world.view import view_at
 from scenes.world.world import build_world
@@ -83,7 +81,7 @@ def test_a_frame_of_a_preset_is_cut_the_same(name):
 
 
 def test_the_number_of_threads_changes_nothing(monkeypatch):
-    for name in ("lod.pruning.crossfade", "scenes.rig.pose", "scenes.field.stick_emission"):
+    for name in ("lod.crossfade", "scenes.rig.pose", "scenes.field.emission"):
         monkeypatch.setattr(f"{name}._SHORTEST_RUN", 97)
     world, view = seen_in("crowd", "render.size=200x100", frame=5)
     field = world.fields[0]

@@ -9,21 +9,20 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.random import Philox
 
+from lod import law
 from lod.camera import GRID_M, Corner, camera_from_heading, split_position
-from lod.law import flat_ground as law
-from lod.metric.family import METRICS
-from lod.pruning.crossfade import blend_weights
-from lod.pruning.pruner import prune
-from lod.pruning.view import View
-from scenes.field.ground_contact_detail import ground_contact_detail
-from scenes.field.poisson_cells import PoissonCells
-from scenes.field.species import Species
+from lod.crossfade import blend_weights
+from lod.metric import METRICS
+from lod.pruner import prune
+from lod.view import View
+from scenes.field.cells import PoissonCells
+from scenes.field.placement import Species, ground_contact_detail
 from scenes.field.species_field import SpeciesField
 from scenes.gait.foot_path import heel_and_ball
 from scenes.gait.patrol import MIN_STRIDE_FACTOR
 from scenes.models.animals.catalogue import animal
 from scenes.models.catalogue import at_rest, people
-from scenes.noise.philox import hash_name
+from scenes.noise import hash_name
 from scenes.preset.load import load_preset
 from scenes.rig.foot_placement import BODY, FOOTPRINT, SOLE, Placements, place_on_ground
 from scenes.rig.pose import pose_points

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lod.atmosphere.air import CLEAR, haze_extinction
+from lod.air import CLEAR, haze_extinction
 from scenes.frame.assemble import assemble_frame, frame_quality
 from scenes.preset.load import load_preset
 from scenes.world.light import sun_and_sky

@@ -7,12 +7,11 @@ import numpy as np
 import pytest
 
 from lod.camera import GRID_M
-from lod.metric.family import METRICS, limit_distances
-from lod.motion.image_motion import motion_steps
-from lod.motion.shutter import motion_coarsening
-from lod.pruning.pruner import prune, prune_by_level
-from lod.pruning.shapes import Sticks, batches_of
-from lod.pruning.view_geometry import distance
+from lod.metric import METRICS, limit_distances
+from lod.motion import motion_coarsening, motion_steps
+from lod.pruner import prune, prune_by_level
+from lod.shapes import Sticks, batches_of
+from lod.view import distance
 from scenes.preset.load import load_preset
 from scenes.rig.speed_bound import speed_bound
 from scenes.world.view import view_at
@@ -159,7 +158,7 @@ def _all_parts_of(field, wholes, view):
 
 
 def _everything(n):
-    from lod.pruning.parts import BlendWeights
+    from lod.pruner import BlendWeights
 
     return BlendWeights(np.ones(n), np.ones(n))
 

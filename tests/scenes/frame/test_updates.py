@@ -5,7 +5,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from lod.pruning.update_schedule import WINDOW
+from lod.update_schedule import WINDOW
 from scenes.frame.assemble import assemble_frame
 from scenes.preset.load import load_preset
 from scenes.world.world import build_world

@@ -7,17 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bench.conformance.rules import Subject, broken_rules
+from bench.conformance import Subject, broken_rules
 from lod.camera import Corner, camera_from_heading
-from lod.mesh_table import Mesh, MeshTable, triangle_areas
-from lod.pruning.crossfade import blend_weights
-from lod.pruning.parts import BlendWeights
-from lod.pruning.pruner import prune
-from lod.pruning.shapes import SticksAndTriangles
-from scenes.field.placed_object import Placed
-from scenes.field.posed_species import species_prototypes
-from scenes.field.species import Species
-from scenes.field.species_field import SpeciesField
+from lod.crossfade import blend_weights
+from lod.pruner import BlendWeights, prune
+from lod.shapes import Mesh, MeshTable, SticksAndTriangles, triangle_areas
+from scenes.field.placement import Species
+from scenes.field.prototypes import species_prototypes
+from scenes.field.species_field import Placed, SpeciesField
 from scenes.model_files.library import read_model
 from scenes.model_files.part_tree import PartTree
 from scenes.models.imported.appearances import TINTS, few_tints

@@ -10,10 +10,10 @@ import pytest
 from scipy.stats import spearmanr
 
 from lod.camera import Corner, camera_from_heading
-from lod.metric.family import METRICS
-from lod.pruning.pruner import prune
-from lod.pruning.view import View
-from scenes.field.placed_object import Placed
+from lod.metric import METRICS
+from lod.pruner import prune
+from lod.view import View
+from scenes.field.species_field import Placed
 from scenes.model_files.names import animal_names
 from scenes.models.animals.catalogue import animal, animal_tables
 from scenes.models.catalogue import at_rest

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lod.errors import InputError
-from lod.stick_table import StickTable
+from lod.shapes import StickTable
 from scenes.models.boulder import SIDE_M, TINTS, boulder_prototypes, boulder_solid
 from scenes.models.octree import Solid, octree_prototype
 from scenes.sticks.outline_area import directions, mean_area

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from lod.errors import InputError
-from lod.metric.family import METRICS, limit_distances
-from lod.stick_table import StickTable
+from lod.metric import METRICS, limit_distances
+from lod.shapes import StickTable
 from scenes.models.people.people import human_tables, standing_people
 from scenes.sticks.outline_area import mean_area
 

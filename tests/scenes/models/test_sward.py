@@ -5,11 +5,11 @@ import pytest
 
 from bench.count.count_frame import predict
 from lod.camera import Corner, camera_from_heading
-from lod.law.flat_ground import chained_limits, count_variance, disc_areas, expected_count
-from lod.metric.family import METRICS
-from lod.pruning.pruner import prune, prune_by_level
-from lod.pruning.view import View
-from scenes.field.species import Species
+from lod.law import chained_limits, count_variance, disc_areas, expected_count
+from lod.metric import METRICS
+from lod.pruner import prune, prune_by_level
+from lod.view import View
+from scenes.field.placement import Species
 from scenes.field.species_field import SpeciesField
 from scenes.models.catalogue import model_prototypes
 from scenes.models.sward import BLADES, ROOT_M, swards, tuft_prototypes

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from lod.pruning.parts import BlendWeights
+from lod.pruner import BlendWeights
 
 
 def level(it, wanted, at):

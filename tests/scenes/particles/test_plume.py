@@ -7,11 +7,10 @@ import pytest
 
 from lod.camera import GRID_M, Corner, camera_from_heading
 from lod.errors import InputError
-from lod.metric.family import METRICS
-from lod.pruning.pruner import prune
-from lod.pruning.shapes import Triangles
-from lod.pruning.view import View
-from lod.stick_table import StickTable
+from lod.metric import METRICS
+from lod.pruner import prune
+from lod.shapes import StickTable, Triangles
+from lod.view import View
 from scenes.particles.kinds import FLAMES, KINDS, PARTICLES_PER_BALL, SMOKE
 from scenes.particles.plume import Plume
 from scenes.sticks.outline_area import directions, mean_area

@@ -13,9 +13,7 @@ from scenes.plugins import trial
 from scenes.plugins.guard import StrangersError, guarded
 
 ROOT = Path(__file__).resolve().parents[3]
-METRIC = (
-    "from lod.metric.family import Metric\nMETRIC = Metric('{name}', {limit}, 'one of theirs')\n"
-)
+METRIC = "from lod.metric import Metric\nMETRIC = Metric('{name}', {limit}, 'one of theirs')\n"
 PLAIN = "lambda P, R, m: (P + R) / m"
 IMPORTS = {
     "exits": ("import sys; sys.exit(0)", "it ends the process, as sys.exit(0) does"),

@@ -3,11 +3,10 @@
 import numpy as np
 import pytest
 
-from lod.atmosphere.air import CLEAR
+from lod.air import CLEAR
 from lod.camera import Corner, camera_from_heading
-from lod.pruning.parts import Parts
-from lod.pruning.pruner import cut_from_parts
-from lod.pruning.shapes import Sticks, Triangles
+from lod.pruner import Parts, cut_from_parts
+from lod.shapes import Sticks, Triangles
 from scenes.frame.displayed import DisplayedRepresentation
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.quality import Quality

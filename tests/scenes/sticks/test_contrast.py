@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lod.stick_table import StickTable
-from lod.vision.contrast import CONTRAST_CLASSES, NEVER_LOST
+from lod.eye import CONTRAST_CLASSES, NEVER_LOST
+from lod.shapes import StickTable
 from scenes.models.catalogue import MODELS
 from scenes.models.trees.weather import CALM_SUMMER
 from scenes.sticks.contrast import (

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lod.errors import InputError
-from lod.mesh_table import Mesh, MeshTable
+from lod.shapes import Mesh, MeshTable
 from scenes.sticks.flat_area import MOST_TRIANGLES, largest_flat_areas
 
 

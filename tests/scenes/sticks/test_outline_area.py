@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
-from lod.stick_table import StickTable
+from lod.shapes import StickTable
 from scenes.sticks.outline_area import (
     directions,
     largest_area,

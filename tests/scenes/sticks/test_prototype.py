@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lod.errors import InputError
-from lod.stick_table import StickTable
+from lod.shapes import StickTable
 from scenes.models.people.people import standing_people
 from scenes.models.trees.species_files import tree_species
 from scenes.models.trees.tree import tree_prototypes
@@ -52,7 +52,7 @@ def rigid_prototypes():
 
 
 def by_themselves(h):
-    """Rows of the parts that are one with no other (``lod.metric.tied_levels``)."""
+    """Rows of the parts that are one with no other (``lod.hierarchy``)."""
     with_whole = np.flatnonzero(h.separation[1:] == 0) + 1
     return np.setdiff1d(np.arange(len(h)), np.union1d(with_whole, h.parent[with_whole]))
 

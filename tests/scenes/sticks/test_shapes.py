@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from lod.mesh_table import Mesh, MeshTable
-from lod.stick_table import StickTable
+from lod.shapes import Mesh, MeshTable, StickTable
 from scenes.sticks.outline_area import directions
 from scenes.sticks.ray_grid import NOTHING, intersect_ray, make_grids, normal_at
 from scenes.sticks.shapes import Shapes

@@ -9,11 +9,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lod.camera import Corner, camera_from_heading
+from lod.crossfade import view_angles
 from lod.errors import InputError
-from lod.metric.family import METRICS
-from lod.pruning.crossfade import view_angles
-from lod.pruning.parts import BlendWeights
-from lod.pruning.view import View
+from lod.metric import METRICS
+from lod.pruner import BlendWeights
+from lod.view import View
 from scenes.far_cover.stand_appearance import full_detail_sticks
 from scenes.field.part_tables import PartTables
 from scenes.models.trees.species_files import tree_species

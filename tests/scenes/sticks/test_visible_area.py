@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lod.stick_table import StickTable
+from lod.shapes import StickTable
 from scenes.sticks.outline_area import directions, outline_area
 from scenes.sticks.union_area import areas_of_parts
 from scenes.sticks.visible_area import first_met, visible_areas

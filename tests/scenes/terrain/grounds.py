@@ -6,14 +6,12 @@ from hypothesis import strategies as st
 from numba import njit
 
 from lod.camera import Corner, camera_from_heading
-from lod.metric.family import METRICS
-from lod.pruning.crossfade import blend_weights
-from lod.pruning.parts import Parts
-from lod.pruning.pruner import Cut, prune
-from lod.pruning.shapes import Triangles
-from lod.pruning.view import View
-from lod.vision.blur_cascade import BlurWidths
-from lod.vision.viewer import ViewingConditions
+from lod.crossfade import blend_weights
+from lod.metric import METRICS
+from lod.pruner import Cut, Parts, prune
+from lod.shapes import Triangles
+from lod.view import View
+from lod.viewing import BlurWidths, ViewingConditions
 from scenes.terrain.quadtree import Patches, uncovered_quarters
 from scenes.terrain.terrain import Terrain, tile_xy
 

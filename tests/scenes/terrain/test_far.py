@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from lod.camera import GRID_M
-from lod.pruning.pruner import prune
+from lod.pruner import prune
 from scenes.preset.load import load_preset
 from scenes.world.view import view_at
 from scenes.world.world import build_world

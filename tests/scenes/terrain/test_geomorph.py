@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from lod.pruning.crossfade import blend_weights
-from lod.pruning.pruner import prune
-from lod.pruning.view_geometry import distance
+from lod.crossfade import blend_weights
+from lod.pruner import prune
+from lod.view import distance
 from scenes.terrain.geomorph import coarser_edge_ends, geomorph_parents, morph, vertex_levels
 from scenes.terrain.mesh import MOST_COARSER, QUADS, lattice_mesh
 from scenes.terrain.quadtree import Patches, balance

@@ -7,7 +7,7 @@ import pytest
 
 from lod.camera import Corner
 from scenes.frame.assemble import assemble_frame
-from scenes.noise.lattice import unit_rms, unit_slope_variance
+from scenes.noise import unit_rms, unit_slope_variance
 from scenes.preset.load import load_preset
 from scenes.render.mitsuba import variants
 from scenes.render.pipeline.render import render_frame

@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 
 from lod.camera import Corner, camera_from_heading
-from lod.metric.family import METRICS
-from lod.pruning.parts import Parts
-from lod.pruning.pruner import displayed, prune
-from lod.pruning.view import View
+from lod.metric import METRICS
+from lod.pruner import Parts, displayed, prune
+from lod.view import View
 from scenes.terrain.horizon import horizon
 from scenes.terrain.terrain import Terrain, tile_xy
 

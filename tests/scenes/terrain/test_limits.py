@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from lod.metric.family import METRICS
+from lod.metric import METRICS
 from scenes.terrain.limits import UNLIT, priorities, ranges, seen_tilt
 from scenes.terrain.terrain import Terrain
 from tests.scenes.terrain.grounds import HILLS, view_of

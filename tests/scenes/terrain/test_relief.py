@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from lod.camera import GRID_M, Corner
 from lod.errors import InputError
-from scenes.noise.lattice import (
+from scenes.noise import (
     GRADIENT_LENGTH,
     NOISE_BOUND,
     NOISE_MAX_SLOPE,
@@ -21,9 +21,11 @@ from scenes.noise.lattice import (
     cell_value,
     fill_corners,
     lattice_bits,
+    octave_values,
+    octaves_at,
+    twin_values,
     unit_rms,
 )
-from scenes.noise.octaves import octave_values, octaves_at, twin_values
 from scenes.terrain import relief as relief_file
 from scenes.terrain.relief import SHORTEST_M, Relief, unit_normals
 

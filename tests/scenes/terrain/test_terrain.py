@@ -8,9 +8,9 @@ from hypothesis import given, settings
 
 from lod.camera import GRID_M, Corner
 from lod.errors import InputError
-from lod.pruning.pruner import prune
-from lod.pruning.view_geometry import distance
-from lod.vision.contrast import CONTRAST_CLASSES
+from lod.eye import CONTRAST_CLASSES
+from lod.pruner import prune
+from lod.view import distance
 from scenes.sticks.contrast import GROUND_CONTRAST
 from scenes.terrain.mesh import MOST_COARSER, QUADS, lattice_mesh
 from scenes.terrain.quadtree import SIDES, Patches, balance, morton, uncovered_quarters

@@ -5,7 +5,7 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from lod.pruning.pruner import prune
+from lod.pruner import prune
 from scenes.models.people.people import human_tables
 from scenes.preset.load import load_preset
 from scenes.world.view import view_at

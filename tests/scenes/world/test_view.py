@@ -5,8 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from lod.pruning.compiled_test import compile_view, sphere_in_frustum
-from lod.pruning.view_geometry import in_view
+from lod.view import compile_view, in_view, sphere_in_frustum
 from scenes.preset.load import load_preset
 from scenes.world.view import view_at
 from scenes.world.world import build_world

@@ -5,11 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from lod.atmosphere.air import Air, least_extinction, rgb_extinction
-from lod.atmosphere.mist import Mist
-from lod.pruning.pruner import prune
-from lod.vision.contrast import CONTRAST_CLASSES
-from lod.vision.eye import Display, Eye
+from lod.air import Air, Mist, least_extinction, rgb_extinction
+from lod.eye import CONTRAST_CLASSES, Display, Eye
+from lod.pruner import prune
 from scenes.preset.load import load_preset, preset_names
 from scenes.world.view import preset_air, view_at
 from scenes.world.world import build_world

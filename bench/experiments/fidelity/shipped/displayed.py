@@ -8,10 +8,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from lod.arrays import Points
-from lod.metric.family import Metric
-from lod.pruning.pruner import prune
-from lod.pruning.shapes import Sticks, batches_of
-from lod.pruning.view import View
+from lod.metric import Metric
+from lod.pruner import prune
+from lod.shapes import Sticks, batches_of
+from lod.view import View
 from scenes.frame.displayed import DisplayedRepresentation, display
 from scenes.frame.quality import Quality
 from scenes.render.pipeline.memory_model import predict_bytes

@@ -33,7 +33,7 @@ from bench.fields.judged_seeds import first_seed
 from bench.records.points import Column, Key, Point, columns
 from bench.records.provenance import scene_digest
 from bench.runner.experiment import Effort
-from lod.pruning.view import View
+from lod.view import View
 from scenes.frame.assemble import frame_quality
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.quality import Quality

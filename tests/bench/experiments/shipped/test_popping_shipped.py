@@ -12,9 +12,9 @@ from bench.records.points import Point, columns, merge_points
 from bench.records.provenance import provenance
 from bench.records.records import Record
 from lod.camera import Corner, camera_from_heading
-from lod.metric.family import METRICS
-from lod.pruning.pruner import prune
-from lod.pruning.view import View
+from lod.metric import METRICS
+from lod.pruner import prune
+from lod.view import View
 from scenes.frame.displayed import display
 from scenes.frame.quality import Quality
 from scenes.preset.load import load_preset

@@ -16,12 +16,12 @@ import numpy as np
 import pytest
 
 from lod.camera import Corner, camera_from_heading
-from lod.metric.family import METRICS, limit_distances
-from lod.pruning.crossfade import blend_weights
-from lod.pruning.pruner import prune
-from lod.pruning.view import View
-from lod.stick_table import StickTable
-from scenes.field.placed_object import Placed
+from lod.crossfade import blend_weights
+from lod.metric import METRICS, limit_distances
+from lod.pruner import prune
+from lod.shapes import StickTable
+from lod.view import View
+from scenes.field.species_field import Placed
 from scenes.model_files.names import tree_species_names
 from scenes.models.trees.species_files import tree_species
 from scenes.models.trees.tree import tree_prototypes

@@ -7,13 +7,12 @@ import numpy as np
 import pytest
 
 from lod.camera import Corner, camera_from_heading
-from lod.metric.family import METRICS
-from lod.pruning.crossfade import blend_weights
-from lod.pruning.pruner import prune
-from lod.pruning.view import View
-from scenes.field.placed_object import Placed
-from scenes.field.species import Species
-from scenes.field.species_field import SpeciesField
+from lod.crossfade import blend_weights
+from lod.metric import METRICS
+from lod.pruner import prune
+from lod.view import View
+from scenes.field.placement import Species
+from scenes.field.species_field import Placed, SpeciesField
 from scenes.model_files.names import tree_species_names
 from scenes.models.catalogue import model_prototypes
 from scenes.models.trees.species_files import tree_species

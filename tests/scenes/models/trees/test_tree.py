@@ -200,7 +200,7 @@ class TestLeafAppearance:
 
 
 def _union(p, inner, leaf):
-    from lod.stick_table import StickTable
+    from lod.shapes import StickTable
 
     pairs = [(getattr(p.inner, c)[inner], getattr(p.leaf, c)[leaf]) for c in COLUMNS]
     columns = [np.concatenate(pair) for pair in pairs]

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from lod.errors import InputError
-from lod.pruning.shapes import Sticks
+from lod.shapes import Sticks
 from scenes.frame.quality import Quality, sampler_seed
 from scenes.render.description.describe import describe_frame
 from scenes.render.description.stick_batches import ALIGNMENT, PlacedSticks, batches

@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from lod.atmosphere.air import CLEAR, Air
-from lod.atmosphere.mist import Mist
+from lod.air import CLEAR, Air, Mist
 from lod.errors import InputError
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.layers import SKY_Z

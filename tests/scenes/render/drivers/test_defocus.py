@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from lod.thin_lens import ThinLens
-from lod.vision.defocus import DISC_WIDTH, Defocus, defocus_width
+from lod.camera import ThinLens
+from lod.viewing import DISC_WIDTH, Defocus, defocus_width
 from scenes.frame.frame_input import FrameInput
 from scenes.render.pipeline.render import render_frame
 

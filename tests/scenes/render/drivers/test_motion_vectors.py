@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lod.camera import Corner, camera_from_heading
-from lod.pruning.crossfade import blend_weights
+from lod.crossfade import blend_weights
 from scenes.frame.assemble import assemble_frame
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.layers import SKY_Z

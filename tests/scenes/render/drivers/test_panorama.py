@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from lod.atmosphere.air import Air
+from lod.air import Air
 from lod.camera import FULL_TURN
 from lod.errors import InputError
 from scenes.frame.assemble import frame_quality

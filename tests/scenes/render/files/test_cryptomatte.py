@@ -11,7 +11,7 @@ import numpy as np
 import OpenEXR
 import pytest
 
-from lod.atmosphere.air import Air
+from lod.air import Air
 from scenes.frame.layers import Layers, add_coverage
 from scenes.preset.tables import OutputPreset
 from scenes.render.files.cryptomatte import CHANNELS, RANKS, matte_id, with_mattes

@@ -3,9 +3,15 @@
 import numpy as np
 import pytest
 
-from lod.atmosphere.air import Air, mist_extinction, optical_depth, rgb_extinction
-from lod.atmosphere.mist import Mist, base_equivalent_length
-from lod.atmosphere.rgb_bands import rgb_wavelengths
+from lod.air import (
+    Air,
+    Mist,
+    base_equivalent_length,
+    mist_extinction,
+    optical_depth,
+    rgb_extinction,
+    rgb_wavelengths,
+)
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.layers import SKY_Z
 from scenes.render.haze.horizon_airlight import horizon

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from lod.atmosphere.air import Air
-from lod.atmosphere.mist import Mist
+from lod.air import Air, Mist
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.quality import Quality
 from scenes.render.description import medium_box as medium

@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from lod.atmosphere.air import Air
-from lod.atmosphere.mist import Mist
-from lod.atmosphere.plane_parallel import RINGS, SPOKES, directions
+from lod.air import Air, Mist
+from lod.plane_parallel import RINGS, SPOKES, directions
 from scenes.render.haze.ground_profile import DISTANCES_M, ground_profile, heights_at
 from scenes.render.haze.sight_line_integral import Lines, Sources, gather
 

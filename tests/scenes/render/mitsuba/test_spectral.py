@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lod.atmosphere.air import CLEAR, Air, haze_extinction, rgb_extinction
+from lod.air import CLEAR, Air, haze_extinction, rgb_extinction
 from lod.errors import InputError
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.quality import Quality

@@ -5,8 +5,8 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from lod.atmosphere.air import Air
-from lod.thin_lens import ThinLens
+from lod.air import Air
+from lod.camera import ThinLens
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.window import Window
 from scenes.render.pipeline.render import render_frame

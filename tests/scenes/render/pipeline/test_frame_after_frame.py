@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lod.pruning.shapes import Sticks
+from lod.shapes import Sticks
 from scenes.frame.displayed import DisplayedRepresentation
 from scenes.frame.frame_input import FrameInput
 from scenes.render.mitsuba import variants

@@ -7,8 +7,8 @@ import pytest
 
 from lod.camera import Corner, camera_from_heading
 from lod.errors import InputError
-from lod.motion.shutter import subframe_offsets
-from lod.pruning.shapes import Sticks
+from lod.motion import subframe_offsets
+from lod.shapes import Sticks
 from scenes.frame.assemble import assemble_frame
 from scenes.frame.displayed import DisplayedRepresentation
 from scenes.frame.frame_input import FrameInput

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from lod.errors import InputError
-from lod.pruning.detail_for_budget import MIN_BUDGET_USE
+from lod.part_budget import MIN_BUDGET_USE
 from scenes.frame.assemble import assemble_frame, frame_quality
 from scenes.preset.load import load_preset
 from scenes.render.mitsuba.variants import choose

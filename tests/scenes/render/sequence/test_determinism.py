@@ -10,8 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lod.atmosphere.air import Air
-from lod.atmosphere.mist import Mist
+from lod.air import Air, Mist
 from scenes.frame.frame_input import FrameInput
 from scenes.render.pipeline.render import render_frame
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from lod.stick_table import StickTable
+from lod.shapes import StickTable
 from scenes.processes.progress import followed_by, work
 from scenes.sticks.appearance.fit import fit_appearances
 from scenes.sticks.appearance.overlap import GREATEST, measure_overlap

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from lod.stick_table import StickTable
+from lod.shapes import StickTable
 from scenes.sticks.appearance.light_paths import lone_object, outgoing_light
 from scenes.sticks.appearance.sky import sky_at
 from scenes.sticks.appearance.sun_and_sky import SunAndSky

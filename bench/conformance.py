@@ -1,0 +1,530 @@
+"""How do two batches of parts or appearances differ, and which of their rows are faulty?
+
+Which rules must every representation keep, ours and those of other packages?
+
+The pruner, the renderer and the law ask nothing of a representation but the protocol
+(``lod.pruner.Representation``); whatever keeps these rules can be put in a scene.
+A rule is a generator: it yields one line for each fault that it finds, and nothing where there is
+none.
+
+Which rules must every metric keep, in its formula and in the cuts that it makes?
+
+The rules follow from Blake 1987 §2.4.
+
+Does a representation of another package keep the rules that all others keep?
+"""
+
+import gc
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, fields, replace
+from functools import partial
+
+import numpy as np
+
+from lod.camera import Camera, Corner, camera_from_heading
+from lod.crossfade import blend_weights
+from lod.errors import InputError
+from lod.metric import METRICS, Metric
+from lod.pruner import BlendWeights, Moving, Parts, Representation, displayed, prune, prune_by_level
+from lod.shapes import Appearance, Sticks, Triangles, batches_of
+from lod.view import View, in_view
+from scenes.field.placement import Species
+from scenes.field.species_field import SpeciesField
+from scenes.models.catalogue import model_prototypes
+from scenes.plugins.entry_points import metric_by_name
+from scenes.plugins.representation import make_representation, plugin_by_name
+from scenes.terrain.terrain import Terrain
+
+Batched = Sticks | Triangles
+
+_WIDTHS = {"position": 3, "centre": 3, "start": 3, "end": 3, "tints": 3}
+_WIDTHS |= {"vertices": 3, "normals": 3, "colours": 3, "faces": 3, "glows": 3}
+_ROUNDING = 1e-6
+
+
+def report_rows(what: str, wrong: np.ndarray) -> Iterator[str]:
+    """Yield one line where any row is wrong: what, how many of how many, and the first row."""
+    rows = np.flatnonzero(wrong)
+    if len(rows):
+        yield f"{what}: {len(rows)} of {len(wrong)}, the first at {rows[0]}"
+
+
+def full_weights(parts: Parts) -> BlendWeights:
+    """Give weights that show both appearances of every part in full."""
+    return BlendWeights(np.ones(len(parts)), np.ones(len(parts)))
+
+
+def part_keys(parts: Parts) -> np.ndarray:
+    """Give level, number and place of each part, sorted, (n, 5) int64, to compare traversals."""
+    place = np.ascontiguousarray(parts.position + 0.0).view(np.int64)
+    rows = np.column_stack((parts.level, parts.part, place))
+    return rows[np.lexsort(rows.T)]
+
+
+def shared_rows(one: Parts, other: Parts) -> tuple[np.ndarray, np.ndarray]:
+    """Give the rows of the parts that two batches share, by object and number, in one order."""
+    row = {key: i for i, key in enumerate(_keys(other))}
+    pairs = [(i, row[key]) for i, key in enumerate(_keys(one)) if key in row]
+    rows = np.array(pairs, np.int64).reshape(-1, 2)
+    return rows[:, 0], rows[:, 1]
+
+
+def _keys(parts: Parts) -> list[tuple[int, int, int]]:
+    columns = parts.object, parts.level, parts.part
+    return list(zip(*(column.tolist() for column in columns), strict=True))
+
+
+def owner_distances(shape: Appearance, centre: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Give the owner of every stick end or corner, (k,), and its distance from that centre [m]."""
+    pairs = [_owner_distances(each, centre) for each in batches_of(shape)]
+    owners, reaches = zip(*pairs, strict=True)
+    return np.concatenate(owners), np.concatenate(reaches)
+
+
+def _owner_distances(
+    shape: Sticks | Triangles, centre: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    if isinstance(shape, Sticks):
+        owner = np.concatenate((shape.owner, shape.owner))
+        point = np.concatenate((shape.start, shape.end))
+        radius = np.concatenate((shape.start_radius, shape.end_radius))
+    else:
+        owner, point = np.repeat(shape.owner, 3), shape.vertices[shape.faces.ravel()]
+        radius = np.zeros(len(owner))
+    return owner, np.linalg.norm(point - centre[owner], axis=1) + radius
+
+
+def frame_bytes(representation: Representation, view: View) -> dict[str, bytes]:
+    """Give the bytes of every array of a frame: of its cut, and of the cut's appearance."""
+    cut = prune(representation, view)
+    shape = representation.appearance(cut.parts, blend_weights(cut, view))
+    looks = [(type(each).__name__, each) for each in batches_of(shape)]
+    both = (("parts", cut.parts), *looks)
+    return {
+        f"{where}.{field.name}": np.ascontiguousarray(getattr(each, field.name)).tobytes()
+        for where, each in both
+        for field in fields(each)
+        if field.name != "state"
+    }
+
+
+def unequal_columns(one: Appearance, other: Appearance) -> list[str]:
+    """Name the columns in which two appearances are not equal."""
+    return _columns_that(_unequal, one, other)
+
+
+def differing_columns(one: Appearance, other: Appearance) -> list[str]:
+    """Name the columns in which two appearances differ by more than rounding."""
+    return _columns_that(_differing, one, other)
+
+
+def _columns_that(
+    test: Callable[[Batched, Batched], list[str]], one: Appearance, other: Appearance
+) -> list[str]:
+    pairs = zip(batches_of(one), batches_of(other), strict=False)
+    return ["their kind"] if type(one) is not type(other) else [n for p in pairs for n in test(*p)]
+
+
+def _unequal(one: Batched, other: Batched) -> list[str]:
+    if type(one) is not type(other):
+        return ["their kind"]
+    pairs = {f.name: (getattr(one, f.name), getattr(other, f.name)) for f in fields(one)}
+    return [name for name, (a, b) in pairs.items() if not np.array_equal(a, b)]
+
+
+def _differing(one: Batched, other: Batched) -> list[str]:
+    return [
+        name
+        for name in _unequal(one, other)
+        if name == "their kind"
+        or getattr(one, name).shape != getattr(other, name).shape
+        or not np.allclose(getattr(one, name), getattr(other, name), rtol=0, atol=_ROUNDING)
+    ]
+
+
+def column_faults(batch: Parts | Appearance) -> Iterator[str]:
+    """Yield columns that are not read-only arrays of finite numbers; limits may be infinite."""
+    for each in (batch,) if isinstance(batch, Parts) else batches_of(batch):
+        yield from _column_faults(each)
+
+
+def _column_faults(batch: Parts | Sticks | Triangles) -> Iterator[str]:
+    for field in fields(batch):
+        column, name = getattr(batch, field.name), f"{type(batch).__name__}.{field.name}"
+        if field.name == "state":
+            continue
+        if not isinstance(column, np.ndarray) or column.dtype == object:
+            yield f"{name} is no array of numbers"
+            continue
+        if column.flags.writeable:
+            yield f"{name} can be written to"
+        if column.shape[1:] != ((_WIDTHS[field.name],) if field.name in _WIDTHS else ()):
+            yield f"{name} has shape {column.shape}"
+        good = ~np.isnan(column) if field.name.startswith("limit") else np.isfinite(column)
+        yield from report_rows(f"{name} is not finite", ~good)
+    if isinstance(batch, Parts) and {len(getattr(batch, f.name)) for f in fields(batch)
+                                     if f.name != "state"} - {len(batch)}:  # fmt: skip
+        yield "columns of Parts have different lengths"
+
+
+def appearance_faults(shape: Appearance, parts: int) -> Iterator[str]:
+    """Yield rows that do not exist, radii or albedo out of range, and normals that are not unit."""
+    for each in batches_of(shape):
+        yield from _batch_faults(each, parts)
+
+
+def _batch_faults(shape: Sticks | Triangles, parts: int) -> Iterator[str]:
+    if isinstance(shape, Sticks):
+        for name in ("start_radius", "end_radius"):
+            yield from report_rows(f"{name} not above 0", ~(getattr(shape, name) > 0))
+        rows, colours = {"tint": (shape.tint, len(shape.tints))}, shape.tints
+    else:
+        length = np.linalg.norm(shape.normals, axis=1)
+        yield from report_rows("a normal that is not unit", abs(length - 1) > _ROUNDING)
+        rows, colours = {"faces": (shape.faces, len(shape.vertices))}, shape.colours
+    yield from report_rows("albedo outside 0 to 1", np.max(abs(colours - 0.5), axis=1) > 0.5)
+    for name, (row, count) in (rows | {"owner": (shape.owner, parts)}).items():
+        yield from report_rows(f"{name} of no such row", (row < 0) | (row >= count))
+
+
+TIMES_S = (0.0, 0.37, 41.9)
+"""Times at which poses are examined: what moves is somewhere else at each [s]."""
+
+MOST_PARTS = 2_000_000
+"""Largest number of parts, displayed or not, that a subject of the suite may have."""
+
+_HUGE = 300_000
+_ROUNDING_rules = 1e-9
+_ODD_OBJECTS = 2_000
+"""Python objects that a frame may leave behind, whatever the number of its parts."""
+
+
+@dataclass(frozen=True, eq=False)
+class Subject:
+    """A representation to be put through the suite.
+
+    make    builds the representation from the same seed each time; its world is finite and small
+    camera  has some objects in view and some not, so near that parts of parts are displayed
+    detail  τ at which it displays some of its parts and not all [px]
+    metrics names of those to be tried, the usual one first
+    """
+
+    make: Callable[[], Representation]
+    camera: Camera
+    detail: float = 1.0
+    metrics: tuple[str, ...] = tuple(METRICS)
+
+    def view(self, metric: str | None = None, time_s: float = 0.0) -> View:
+        """Give the view of the camera, by the first of the metrics where none is named."""
+        named = metric_by_name(metric or self.metrics[0])
+        return View(self.camera, named, self.detail, time_s=time_s)
+
+
+Rule = Callable[[Subject], Iterator[str]]
+
+
+def broken_rules(subject: Subject) -> list[str]:
+    """List the rules that the subject breaks, with what was found; empty where it conforms."""
+    return [f"{name}: {found}" for name, rule in RULES.items() for found in rule(subject)]
+
+
+def all_parts(representation: Representation, view: View) -> Parts:
+    """Collect all parts of all objects, displayed or not; ``parent`` gives rows of this batch.
+
+    Raises InputError where there are too many to be held.
+    """
+    batches, first, count = [representation.roots(view)], 0, 0
+    while len(batches[-1]):
+        count += len(batches[-1])
+        if count > MOST_PARTS:
+            raise InputError("subject", count, f"at most {MOST_PARTS} parts in all", "less of it")
+        own = representation.parts_of(batches[-1], view)
+        batches.append(replace(own, parent=own.parent + first))
+        first += len(batches[-2])
+    return Parts.concatenate(batches)
+
+
+def inside_its_bound(subject: Subject) -> Iterator[str]:
+    """Everything is inside B, in every pose: its looks, and the spheres of its parts."""
+    representation = subject.make()
+    for time_s in TIMES_S:
+        view = subject.view(time_s=time_s)
+        parts = all_parts(representation, view)
+        rows = np.flatnonzero(parts.parent >= 0)
+        whole = parts.parent[rows]
+        away = np.linalg.norm(parts.centre[rows] - parts.centre[whole], axis=1)
+        yield from report_rows(
+            f"at {time_s} s a part reaches out of the sphere of its whole",
+            away + parts.bound[rows] > parts.bound[whole] * (1 + _ROUNDING_rules) + _ROUNDING_rules,
+        )
+        cut = prune(representation, view).parts
+        for asked in (cut, parts):
+            shape = representation.appearance(asked, full_weights(asked))
+            owner, reach = owner_distances(shape, asked.centre)
+            yield from report_rows(
+                f"at {time_s} s what a part looks like is outside of its sphere",
+                reach > asked.bound[owner] * (1 + _ROUNDING_rules) + _ROUNDING_rules,
+            )
+            if isinstance(shape, Triangles):
+                break  # one surface, of the finest parts alone
+
+
+def limits_never_grow(subject: Subject) -> Iterator[str]:
+    """Down the tree neither limit grows, and what passes its test has a whole that passes."""
+    representation = subject.make()
+    for metric in subject.metrics:
+        view = subject.view(metric)
+        parts = all_parts(representation, view)
+        rows = np.flatnonzero(parts.parent >= 0)
+        whole, passed = parts.parent[rows], displayed(parts, view)
+        for name in ("limit", "limit_offscreen"):
+            limit = getattr(parts, name)
+            yield from report_rows(f"{metric}: {name} below 0, or no number", ~(limit >= 0))
+            yield from report_rows(
+                f"{metric}: {name} grows down the tree", limit[rows] > limit[whole]
+            )
+        yield from report_rows(f"{metric}: coarser in view", parts.limit_offscreen > parts.limit)
+        yield from report_rows(
+            f"{metric}: displayed without its whole", passed[rows] & ~passed[whole]
+        )
+        yield from report_rows(f"{metric}: levels fall", parts.level[rows] < parts.level[whole])
+
+
+def agrees_with_brute_force(subject: Subject) -> Iterator[str]:
+    """The pruner's cut is what every part's own test gives, by whichever walk."""
+    representation = subject.make()
+    for metric in subject.metrics:
+        view = subject.view(metric)
+        parts = all_parts(representation, view)
+        alone = part_keys(parts.take(displayed(parts, view)))
+        for walk, cut in (("", prune(representation, view)), (
+            " level by level", prune_by_level(representation, view)
+        )):  # fmt: skip
+            if not np.array_equal(part_keys(cut.parts), alone):
+                yield f"{metric}: pruned{walk} {len(cut)} parts, {len(alone)} pass their own test"
+            yield from report_rows(
+                f"{metric}: a part stands before its whole", cut.parent >= np.arange(len(cut))
+            )
+
+
+def roots_leave_nothing_out(subject: Subject) -> Iterator[str]:
+    """What is in view is the same while the eye looks all round, and no less in more detail.
+
+    But for parts that something hides: those are told a lower limit than when looking all round.
+    The latter is asked by name, not by place: in more detail a walker stands on the ground more
+    closely, by less than can be seen in less.
+    """
+    representation, view = subject.make(), subject.view()
+    here = prune(representation, view).parts
+    seen = here.take(in_view(view, here.centre, here.bound))
+    all_round = replace(view, look_around=True)
+    everywhere = prune(representation, all_round).parts
+    around = everywhere.take(in_view(view, everywhere.centre, everywhere.bound))
+    asked = all_parts(representation, view)
+    rows, same = shared_rows(around, asked)
+    hidden = np.zeros(len(around), bool)
+    hidden[rows] = asked.limit[same] < around.limit[rows]
+    hidden[shared_rows(around, seen)[0]] = False
+    around = around.take(~hidden)
+    if not np.array_equal(part_keys(seen), part_keys(around)):
+        yield f"{len(seen)} parts are in view, {len(around)} of the same when looking all round"
+    finer = prune(representation, replace(all_round, detail=subject.detail / 2)).parts
+    lost = len(everywhere) - len(shared_rows(everywhere, finer)[0])
+    if lost:
+        yield f"{lost} parts are lost in more detail"
+
+
+def same_seed_same_bytes(subject: Subject) -> Iterator[str]:
+    """Made again, asked again, or asked for something else in between: the same bytes."""
+    first, again, view = subject.make(), subject.make(), subject.view(time_s=TIMES_S[1])
+    reference = frame_bytes(first, view)
+    prune(again, subject.view(time_s=TIMES_S[2]))
+    for name, asked in (("made anew", again), ("asked again", first)):
+        got = frame_bytes(asked, view)
+        if changed := [key for key in reference if got.get(key) != reference[key]]:
+            yield f"{name}, other bytes in {', '.join(changed)}"
+
+
+def arrays_only(subject: Subject) -> Iterator[str]:
+    """Parts and looks are arrays of one length, frozen, finite; no object per part."""
+    representation, view = subject.make(), subject.view()
+    parts = all_parts(representation, view)
+    yield from column_faults(parts)
+    yield from report_rows(
+        "a share of area outside 0 to 1", ~((parts.share >= 0) & (parts.share <= 1))
+    )
+    rows = np.flatnonzero(parts.parent >= 0)
+    total = np.bincount(parts.parent[rows], parts.share[rows], len(parts))
+    owns = np.bincount(parts.parent[rows], minlength=len(parts)) > 0
+    yield from report_rows(
+        "shares of all parts of a whole are not 1", owns & (abs(total - 1) > 1e-6)
+    )
+    cut = prune(representation, view)
+    shape = representation.appearance(cut.parts, full_weights(cut.parts))
+    yield from column_faults(shape)
+    yield from appearance_faults(shape, len(cut))
+    gc.collect()
+    before = len(gc.get_objects())
+    cut = prune(representation, view)
+    kept = cut, representation.appearance(cut.parts, full_weights(cut.parts))
+    gc.collect()
+    grown = len(gc.get_objects()) - before
+    if grown > _ODD_OBJECTS:
+        yield f"{grown} Python objects for {len(kept[0])} parts"
+
+
+def any_request_is_answered(subject: Subject) -> Iterator[str]:
+    """An empty request, a single part and a huge one get what each part gets among the others."""
+    representation, view = subject.make(), subject.view()
+    parts = all_parts(representation, view)
+    nothing = parts.take(np.zeros(0, np.int64))
+    if len(representation.parts_of(nothing, view)):
+        yield "parts of nothing"
+    if len(representation.appearance(nothing, full_weights(nothing))):
+        yield "looks of nothing"
+    if not len(parts):
+        yield "nothing of it is near its camera: move that, and everything else is tested too"
+        return
+    for row in np.unique(np.linspace(0, len(parts) - 1, 5).astype(np.int64)).tolist():
+        one, expected = parts.take(np.array([row])), parts.take(parts.parent == row)
+        own = representation.parts_of(one, view)
+        if not np.array_equal(part_keys(own), part_keys(expected)) or np.any(own.parent):
+            yield f"part {row} alone owns other parts than among all"
+        yield from appearance_faults(representation.appearance(one, full_weights(one)), 1)
+    rows = np.arange(_HUGE) % len(parts)
+    try:
+        own = representation.parts_of(parts.take(rows), view)
+    except InputError:
+        return  # refused in one line, before memory is gone
+    owns = np.bincount(parts.parent[parts.parent >= 0], minlength=len(parts)) > 0
+    if not np.array_equal(np.unique(own.parent), np.flatnonzero(owns[rows])):
+        yield "a huge request is answered for other parts than were asked"
+
+
+def later_looks_alike(subject: Subject) -> Iterator[str]:
+    """What moves looks later as it does when asked later, row by row."""
+    representation, view = subject.make(), subject.view()
+    if not isinstance(representation, Moving):
+        return
+    parts, then = (all_parts(representation, v) for v in (view, subject.view(time_s=TIMES_S[1])))
+    here, there = shared_rows(parts, then)
+    later = representation.later(parts, view, TIMES_S[1]).take(here)
+    if not np.array_equal(part_keys(later), part_keys(parts.take(here))):
+        yield "other parts or places later"
+    then = then.take(there)
+    looks = [representation.appearance(each, full_weights(each)) for each in (later, then)]
+    if (changed := differing_columns(*looks)) != []:
+        yield f"looks different when asked later, in {', '.join(changed)}"
+
+
+RULES: dict[str, Rule] = {
+    rule.__name__: rule
+    for rule in (
+        inside_its_bound,
+        limits_never_grow,
+        agrees_with_brute_force,
+        roots_leave_nothing_out,
+        same_seed_same_bytes,
+        arrays_only,
+        any_request_is_answered,
+        later_looks_alike,
+    )
+}
+
+
+_GROUND = Terrain(seed=4, amplitude=0.4, wavelength=16.0, hurst=0.8, reach=100.0, finest=1.0)
+_EXTENT_M, _DENSITY = 6.0, 0.1
+_ANGLES = (1e-5, 1e-3, 0.1)
+_PARTS = 400
+
+
+def broken_metric_rules(name: str) -> dict[str, list[str]]:
+    """List what a metric breaks, rule by rule; an empty list for each rule that it keeps."""
+    metric = metric_by_name(name)
+    formula = {rule.__name__: list(rule(metric)) for rule in FORMULA}
+    subject = rabbits(name)
+    return formula | {rule.__name__: list(rule(subject)) for rule in CUTS}
+
+
+def answers_with_distances(metric: Metric) -> Iterator[str]:
+    """Every part has a limit that is not below 0, and finite where the metric says so."""
+    P, R = _parts()
+    for m in _ANGLES:
+        D = np.asarray(metric.limit(P, R, m))
+        if D.shape != P.shape or D.dtype.kind != "f":
+            yield f"m = {m:g}: {D.dtype} of shape {D.shape} for parts of shape {P.shape}"
+            continue
+        yield from report_rows(f"m = {m:g}: a limit below 0, or no number", ~(D >= 0))
+        if metric.finite:
+            yield from report_rows(f"m = {m:g}: an infinite limit of a finite metric", np.isinf(D))
+
+
+def knows_one_part_at_a_time(metric: Metric) -> Iterator[str]:
+    """A part's limit does not depend on what else is asked, nor on when."""
+    P, R = _parts()
+    for m in _ANGLES:
+        D, again = metric.limit(P, R, m), metric.limit(P, R, m)
+        alone = np.concatenate([metric.limit(P[k : k + 1], R[k : k + 1], m) for k in range(_PARTS)])
+        yield from report_rows(f"m = {m:g}: another limit when asked again", D != again)
+        yield from report_rows(f"m = {m:g}: another limit when asked alone", D != alone)
+
+
+def finer_detail_takes_nothing_away(metric: Metric) -> Iterator[str]:
+    """A smaller m never lowers a limit, and neither does a larger P or R."""
+    P, R = _parts()
+    for m in _ANGLES:
+        D = metric.limit(P, R, m)
+        yield from report_rows(
+            f"m = {m:g}: less far in finer detail", metric.limit(P, R, m / 2) < D
+        )
+        yield from report_rows(f"m = {m:g}: less far for a larger P", metric.limit(2 * P, R, m) < D)
+        yield from report_rows(f"m = {m:g}: less far for a larger R", metric.limit(P, 2 * R, m) < D)
+
+
+FORMULA = (answers_with_distances, knows_one_part_at_a_time, finer_detail_takes_nothing_away)
+CUTS: tuple[Rule, ...] = (limits_never_grow, agrees_with_brute_force, same_seed_same_bytes)
+
+
+def _parts() -> tuple[np.ndarray, np.ndarray]:
+    """Draw P and R of parts from 0.1 mm to 100 m, some with R = 0; both arrays are read-only."""
+    rng = np.random.default_rng(4)
+    P, R = 10.0 ** rng.uniform(-4, 2, (2, _PARTS))
+    R[::5] = 0.0
+    for column in (P, R):
+        column.setflags(write=False)
+    return P, R
+
+
+def rabbits(metric: str) -> Subject:
+    """Put a few rabbits in a small window of rolling ground, to be pruned by one metric."""
+    kind = Species("rabbit", model_prototypes("rabbit", 1, (0.8, 1.0), False), _DENSITY)
+    make = partial(SpeciesField, kind, 1, _GROUND, _EXTENT_M)
+    eye = np.array((0.0, -1.2 * _EXTENT_M, 0.5))
+    camera = camera_from_heading(Corner(0, 0), eye, -8.0, -4.0, 65.0, (90, 50))
+    return Subject(make, camera, 0.3, (metric,))
+
+
+_GROUND_plugin_rules = Terrain(
+    seed=4, amplitude=0.4, wavelength=16.0, hurst=0.8, reach=100.0, finest=1.0
+)
+_SEED = 5
+
+
+def broken_plugin_rules(kind: str) -> dict[str, list[str]]:
+    """List what a plug-in's representation breaks, rule by rule, with its default options."""
+    offer = plugin_by_name(kind)
+    make = partial(make_representation, kind, kind, _SEED, _GROUND_plugin_rules, {})
+    subject = Subject(make, offer.camera, offer.detail)
+    made = {name: list(rule(subject)) for name, rule in RULES.items()}
+    return made | {under_its_top.__name__: list(under_its_top(subject))}
+
+
+def under_its_top(subject: Subject) -> Iterator[str]:
+    """Nothing reaches above ``top_m`` over the highest ground."""
+    it, view = subject.make(), subject.view()
+    parts = all_parts(it, view)
+    wholes = parts.take(parts.parent < 0)
+    highest = _GROUND_plugin_rules.bounds()[1] + it.top_m  # type: ignore[attr-defined]
+    yield from report_rows(
+        "a whole above top_m", wholes.centre[:, 2] + wholes.bound > highest + 1e-9
+    )

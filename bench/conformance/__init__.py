@@ -1,1 +1,0 @@
-"""Rules that every representation and metric keeps."""

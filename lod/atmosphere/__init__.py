@@ -1,1 +1,0 @@
-"""What air takes from light on its way, and what it adds."""

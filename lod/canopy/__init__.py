@@ -1,1 +1,0 @@
-"""Cover of plants that are not displayed one by one."""

@@ -1,0 +1,186 @@
+"""The part hierarchy of one object as arrays, parents before children (§2.3).
+
+``lod`` explains the symbols P, R and B.
+
+Which levels of the modelling hierarchy are one object of the display hierarchy (§4.2)?
+
+Where a whole has one part only, and that is no smaller, only rounding would separate their limit
+distances, although they should appear and disappear together. Measured from the same origin with
+the same P and R, they do, for every metric, eye and air. An only part that is smaller than its
+whole disappears before it, like any other.
+"""
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from lod.arrays import ArrayData, FloatArray, IntArray, Ints, Reals, check_columns
+from lod.errors import InputError
+from lod.eye import NEVER_LOST
+
+
+@dataclass(frozen=True, eq=False)
+class Hierarchy(ArrayData):
+    """The parts of one object. Row 0 is the whole object; each part stands after its owner.
+
+    parent     (n,)   row of the part that owns this one; -1 for row 0
+    level      (n,)   detail level; 0 is one blob; levels never decrease down the tree
+    position   (n, 3) origin of the part in the object's own frame [m]
+    P          (n,)   priority: √ of the largest cross-section of the leaf appearance (§2.4) [m]
+    R          (n,)   range: reach of the part's extremes and its parts' ends from its origin [m]
+    B          (n,)   bound: radius about the origin that holds everything in it, any pose [m]
+    separation (n,)   greatest distance to the origin of the owner in any pose; 0 for row 0 [m]
+    contrast   (n,)   class of inherent contrast, a row of lod.eye.CONTRAST_CLASSES; by
+                      default the last one, which no air and no eye takes away
+    overlap    (n,)   how much of the leaf appearance and of the parts' appearances lies in one
+                      another where half of either shows, below 1; by default 0
+                      (``lod.crossfade.leaf_area_share``)
+
+    Raises InputError unless it is a tree of finite numbers with P > 0, R ≥ 0 and nested bounds:
+    B of a whole is at least the separation of its part plus the part's B, so that the whole of a
+    part in view is in view.
+    """
+
+    parent: IntArray
+    level: IntArray
+    position: FloatArray
+    P: FloatArray
+    R: FloatArray
+    B: FloatArray
+    separation: FloatArray
+    contrast: IntArray = field(default_factory=lambda: np.zeros(0, np.int64))
+    overlap: FloatArray = field(default_factory=lambda: np.zeros(0))
+
+    def __post_init__(self) -> None:
+        if len(self.contrast) == 0:
+            object.__setattr__(self, "contrast", np.full(len(self.parent), NEVER_LOST))
+        if len(self.overlap) == 0:
+            object.__setattr__(self, "overlap", np.zeros(len(self.parent)))
+        super().__post_init__()
+        _check_shapes(self)
+        _check_tree(self)
+        _check_sizes(self)
+
+    def __len__(self) -> int:
+        return len(self.parent)
+
+    @cached_property
+    def depth(self) -> np.ndarray:
+        """Number of steps from row 0 to each part, (n,)."""
+        depth = np.zeros(len(self), np.int64)
+        for row in range(1, len(self)):
+            depth[row] = depth[self.parent[row]] + 1
+        return depth
+
+    @cached_property
+    def order(self) -> np.ndarray:
+        """Sort the rows without row 0 so that the parts of one whole stand together, (n - 1,)."""
+        return np.argsort(self.parent[1:], kind="stable") + 1
+
+    @cached_property
+    def part_count(self) -> np.ndarray:
+        """Number of parts that each part owns directly, (n,)."""
+        return np.bincount(self.parent[1:], minlength=len(self))
+
+    @cached_property
+    def first_part(self) -> np.ndarray:
+        """Return the index in ``order`` at which the parts of each part begin, (n,)."""
+        return np.concatenate(([0], np.cumsum(self.part_count)[:-1]))
+
+    @cached_property
+    def share(self) -> np.ndarray:
+        """Compute area P² of each part over that of all parts of its owner, (n,), 1 for row 0."""
+        area = self.P**2
+        siblings = np.bincount(self.parent[1:], area[1:], len(self))
+        share = np.ones(len(self))
+        share[1:] = area[1:] / siblings[self.parent[1:]]
+        share.setflags(write=False)
+        return share
+
+    def scaled(self, factor: float) -> "Hierarchy":
+        """Return the object with every length multiplied by ``factor``.
+
+        Raises InputError unless the factor is finite and above 0.
+        """
+        if not (np.isfinite(factor) and factor > 0):
+            raise InputError("scale", factor, "a size factor is finite and above 0", "try 1.0")
+        lengths = {k: getattr(self, k) * factor for k in ("position", "P", "R", "B", "separation")}
+        return replace(self, **lengths)
+
+
+def _check_shapes(h: Hierarchy) -> None:
+    n = len(h.parent)
+    if n == 0:
+        raise InputError("hierarchy", 0, "an object has at least one part, itself")
+    names = ("level", "P", "R", "B", "separation", "contrast", "overlap")
+    check_columns("hierarchy", h, position=(n, 3), **dict.fromkeys(names, (n,)))
+
+
+def _check_tree(h: Hierarchy) -> None:
+    if h.parent[0] != -1:
+        raise InputError("hierarchy.parent[0]", int(h.parent[0]), "row 0 is the root, owned by -1")
+    rows = np.arange(1, len(h))
+    wrong = rows[(h.parent[1:] < 0) | (h.parent[1:] >= rows)]
+    if len(wrong):
+        row = int(wrong[0])
+        raise InputError(
+            f"hierarchy.parent[{row}]",
+            int(h.parent[row]),
+            "a part stands after the part that owns it",
+        )
+    wrong = rows[h.level[1:] < h.level[h.parent[1:]]]
+    if len(wrong) or h.level[0] != 0:
+        row = int(wrong[0]) if len(wrong) else 0
+        raise InputError(
+            f"hierarchy.level[{row}]", int(h.level[row]), "levels start at 0 and never decrease"
+        )
+
+
+def _check_sizes(h: Hierarchy) -> None:
+    if h.contrast.min() < 0 or h.contrast.max() > NEVER_LOST:
+        wrong = int(h.contrast.max() if h.contrast.min() >= 0 else h.contrast.min())
+        raise InputError("hierarchy.contrast", wrong, f"a class of contrast, 0 to {NEVER_LOST}")
+    if h.overlap.max() >= 1:
+        raise InputError("hierarchy.overlap", float(h.overlap.max()), "below 1")
+    for name in ("P", "R", "B", "separation"):
+        values = getattr(h, name)
+        rows = np.flatnonzero(values <= 0 if name == "P" else values < 0)
+        if len(rows):
+            rule = "above 0 m" if name == "P" else "at least 0 m"
+            where = f"hierarchy.{name}[{int(rows[0])}]"
+            raise InputError(where, float(values[rows[0]]), rule)
+    needed = h.separation[1:] + h.B[1:]
+    short = np.flatnonzero(h.B[h.parent[1:]] < needed * (1 - 1e-12) - 1e-12)
+    if len(short):
+        row = int(short[0]) + 1
+        raise InputError(
+            f"hierarchy.B[{int(h.parent[row])}]",
+            float(h.B[h.parent[row]]),
+            f"a whole's bound holds its part {row}: at least {needed[row - 1]:.6g} m",
+        )
+
+
+def representative(parent: Ints, P: Reals) -> Ints:
+    """Find the first of the parts that each part is tied to, (n,); for most it is the part itself.
+
+    parent (n,) row of the part that owns each part, -1 for row 0; P (n,) priorities [m]. A part
+    that is tied to its only part counts as large as that part when it is compared with its own
+    whole.
+    """
+    only = np.bincount(parent[1:], minlength=len(parent)) == 1
+    size, tied = P.copy(), np.zeros(len(P), bool)
+    for row in range(len(P) - 1, 0, -1):
+        if only[parent[row]] and size[row] >= size[parent[row]]:
+            tied[row], size[parent[row]] = True, size[row]
+    first = np.arange(len(P))
+    for row in np.flatnonzero(tied).tolist():
+        first[row] = first[parent[row]]
+    return first
+
+
+def max_over_tied(lengths: Reals, first: Ints) -> Reals:
+    """Give each part the greatest length of all parts that are tied to it, (n,) [m]."""
+    greatest = lengths.copy()
+    np.maximum.at(greatest, first, lengths)
+    return greatest[first]

@@ -1,1 +1,0 @@
-"""The counts that the law predicts, derived without the pruner."""

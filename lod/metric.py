@@ -1,0 +1,122 @@
+"""The metric family: how far away a part of given P and R is still displayed (Blake 1987 §2.4).
+
+Each member is a pure function, part by part, to a limit distance D [m]; a part is displayed while
+its distance d < D. Its arguments are
+
+    P  priority [m]: √ of the largest cross-section that the part can present as a leaf
+    R  range [m]: how far its extremes, or its parts' ends, can be from its origin
+    m  the detail angle [rad]
+
+``Metric.along_axis`` says which distance d is. The law's prediction has formulas of its own
+(``lod.law``); docs/plugins.md says how to add a metric.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from weakref import WeakKeyDictionary
+
+import numpy as np
+
+from lod.errors import InputError
+from lod.hierarchy import Hierarchy
+from lod.viewing import ViewingConditions, perceptual_limits
+
+LimitFunction = Callable[[np.ndarray, np.ndarray, float], np.ndarray]
+
+
+def blake(P: np.ndarray, R: np.ndarray, m: float) -> np.ndarray:
+    """P + R > m·d, as printed in §2.4; the K(P+R)² law follows from it."""
+    return (P + R) / m
+
+
+def bounded(P: np.ndarray, R: np.ndarray, m: float) -> np.ndarray:
+    """P > m·(d − R): R read as a bound on position, so that the nearest extreme decides (§2.4)."""
+    return P / m + R
+
+
+def solid_angle(P: np.ndarray, R: np.ndarray, m: float) -> np.ndarray:
+    """P > m·d: what the part itself subtends, without a bound (§2.1)."""
+    return P / m + 0.0 * R  # of the shape that P and R have together
+
+
+def full(P: np.ndarray, R: np.ndarray, m: float) -> np.ndarray:
+    """Everything, always: the reference; it needs a finite world."""
+    return np.full(np.broadcast_shapes(np.shape(P), np.shape(R)), np.inf)
+
+
+@dataclass(frozen=True)
+class Metric:
+    """A named member of the family.
+
+    name, about  what ``lodbench list`` shows
+    limit        its formula
+    along_axis   d is the depth along the camera's axis, and parts out of view are dropped, which
+                 the paper argues against (§2.1); otherwise d is the true distance from the eye
+    finite       its limits are finite; otherwise it needs a world with an edge
+    """
+
+    name: str
+    limit: LimitFunction
+    about: str
+    along_axis: bool = False
+    finite: bool = True
+
+
+METRICS: dict[str, Metric] = {
+    metric.name: metric
+    for metric in (
+        Metric("blake", blake, "P + R > m·d, as printed in §2.4 (default)"),
+        Metric("bounded", bounded, "P > m·(d − R): the nearest extreme decides"),
+        Metric("solid_angle", solid_angle, "P > m·d: no bound on position"),
+        Metric(
+            "depth", blake, "P + R > m·(depth along the view axis), in view only", along_axis=True
+        ),
+        Metric("full", full, "everything, always; needs a finite world", finite=False),
+    )
+}
+
+
+MAX_CACHED = 128
+"""Limit distances kept for each hierarchy: both sides of the view at every step of motion."""
+
+_Key = tuple[Metric, float, ViewingConditions | None]
+_CACHE: WeakKeyDictionary[Hierarchy, dict[_Key, np.ndarray]] = WeakKeyDictionary()
+"""Limit distances by hierarchy, oldest first; an entry goes with its hierarchy."""
+
+
+def limit_distances(
+    hierarchy: Hierarchy, metric: Metric, m: float, conditions: ViewingConditions | None = None
+) -> np.ndarray:
+    """Compute the D of every part, clamped once so that every cut is connected, (n,) [m].
+
+    Through air and eye (``conditions``) a part's own D is first W⁻¹ of that in clear air, W by its
+    class of contrast; ``full`` keeps everything all the same, and along an axis it is the depth
+    that W weighs. Then D_part = max(0, min(D_part, D_whole − separation)): a part within its D has,
+    by the triangle inequality, its whole within the whole's D. 0 means never displayed.
+    The last MAX_CACHED results are kept for as long as the hierarchy lives.
+    Raises InputError unless m is finite and above 0.
+    """
+    cached = _CACHE.setdefault(hierarchy, {})
+    key = metric, m, conditions
+    if key not in cached:
+        if len(cached) >= MAX_CACHED:
+            del cached[next(iter(cached))]
+        cached[key] = _clamped_limits(hierarchy, metric, m, conditions)
+    return cached[key]
+
+
+def _clamped_limits(
+    hierarchy: Hierarchy, metric: Metric, m: float, conditions: ViewingConditions | None
+) -> np.ndarray:
+    if not (np.isfinite(m) and m > 0):
+        raise InputError("m", m, "the detail angle is finite and above 0 rad", "check --detail")
+    D = np.asarray(metric.limit(hierarchy.P, hierarchy.R, m), np.float64)
+    if conditions is not None and metric.finite:
+        D = perceptual_limits(conditions, D, hierarchy.contrast, m)
+    D = D.copy()
+    for depth in range(1, int(hierarchy.depth.max()) + 1):
+        rows = np.flatnonzero(hierarchy.depth == depth)
+        reach = D[hierarchy.parent[rows]] - hierarchy.separation[rows]
+        D[rows] = np.maximum(0.0, np.minimum(D[rows], reach))
+    D.setflags(write=False)
+    return D

@@ -1,1 +1,0 @@
-"""Priority, range and bound of parts, and the limit distance that each metric gives them."""

@@ -1,1 +1,0 @@
-"""What motion of the image hides."""

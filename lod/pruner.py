@@ -1,0 +1,241 @@
+"""What representations hand to the pruner: batches of parts as arrays, and what shows of them.
+
+What the pruner asks of anything that has hierarchical levels of detail.
+
+The pruner: which parts of a representation are displayed in a view (§2.4).
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+
+from lod.arrays import ArrayData, FloatArray, freeze
+from lod.shapes import Appearance
+from lod.view import View, distance, in_view
+
+
+@dataclass(frozen=True, eq=False)
+class Parts:
+    """A batch of parts of one representation, in the frame's coordinates.
+
+    position  (n, 3) the point that d is measured to [m]
+    centre    (n, 3) centre of the bounding sphere; usually the same array [m]
+    bound     (n,)   radius B of that sphere [m]
+    limit, limit_offscreen  (n,) clamped limit distance D in view and out of it [m]
+    level     (n,)   detail level
+    object    (n,)   which object of this frame the part belongs to
+    part      (n,)   which part of its representation it is
+    parent    (n,)   row of the part that owns it, in the batch that was asked; -1 for roots
+    share     (n,)   its share of the area of all direct parts of its whole, 0 to 1; 1 for roots
+    state     data of the representation itself, passed along untouched (poses, seeds, tiles)
+    """
+
+    position: np.ndarray
+    centre: np.ndarray
+    bound: np.ndarray
+    limit: np.ndarray
+    limit_offscreen: np.ndarray
+    level: np.ndarray
+    object: np.ndarray
+    part: np.ndarray
+    parent: np.ndarray
+    share: np.ndarray
+    state: Any = None
+
+    def __post_init__(self) -> None:
+        same = self.centre is self.position
+        freeze(self, position=np.float64, bound=np.float64, limit=np.float64)
+        freeze(self, limit_offscreen=np.float64, level=np.int64, object=np.int64)
+        freeze(self, part=np.int64, parent=np.int64, share=np.float64)
+        if same:
+            object.__setattr__(self, "centre", self.position)
+        else:
+            freeze(self, centre=np.float64)
+
+    def __len__(self) -> int:
+        return len(self.part)
+
+    def take(self, rows: np.ndarray) -> "Parts":
+        """Select the parts at ``rows`` (indices or flags)."""
+        return _gather((self,), lambda name: getattr(self, name)[rows])
+
+    @staticmethod
+    def concatenate(batches: Sequence["Parts"]) -> "Parts":
+        """Lay batches end to end; ``parent`` keeps the rows that it has in each of them."""
+        return _gather(batches, lambda k: np.concatenate([getattr(each, k) for each in batches]))
+
+
+def _gather(batches: Sequence[Parts], column: Callable[[str], np.ndarray]) -> Parts:
+    """Parts with these columns; centres that are positions in every batch stay so."""
+    names = [each.name for each in fields(Parts) if each.name not in ("centre", "state")]
+    columns = {name: column(name) for name in names}
+    shared = all(each.centre is each.position for each in batches)
+    centre = columns["position"] if shared else column("centre")
+    return Parts(**columns, centre=centre, state=batches[0].state)
+
+
+@dataclass(frozen=True, eq=False)
+class BlendWeights(ArrayData):
+    """Cross-fade weights: how much of each of its two appearances a displayed part shows (§2.4).
+
+    The inner appearance carries the displayed parts of a part; the leaf appearance stands for the
+    hidden ones. Both weights are shares of area, 0 to 1, so that a whole that loses its parts one
+    by one covers as much as before; a weight of 0 draws nothing.
+
+    inner          (n,) weight of the inner appearance
+    leaf           (n,) weight of the leaf appearance
+    sin_elevation  (n,) sine of the elevation of the eye above the part; 0 by default
+    cos_azimuth    (n,) cosine of the angle between the line from the part to the eye and the sun's
+                   azimuth: 1 where the sun is behind the eye, 0 from right above; NaN by default,
+                   which means that the appearance is the same from all sides
+    hidden_area    (n,) share of the area of a part's own parts that is hidden; 1 by default
+    """
+
+    inner: FloatArray
+    leaf: FloatArray
+    sin_elevation: FloatArray = field(default_factory=lambda: np.zeros(0))
+    cos_azimuth: FloatArray = field(default_factory=lambda: np.zeros(0))
+    hidden_area: FloatArray = field(default_factory=lambda: np.zeros(0))
+
+    def __post_init__(self) -> None:
+        if not len(self.sin_elevation):
+            object.__setattr__(self, "sin_elevation", np.zeros(len(self.inner)))
+        if not len(self.cos_azimuth):
+            object.__setattr__(self, "cos_azimuth", np.full(len(self.inner), np.nan))
+        if not len(self.hidden_area):
+            object.__setattr__(self, "hidden_area", np.ones(len(self.inner)))
+        super().__post_init__()
+
+    def __len__(self) -> int:
+        return len(self.inner)
+
+    def take(self, rows: np.ndarray) -> "BlendWeights":
+        """Select the weights of the parts at ``rows`` (indices or flags)."""
+        columns = self.inner, self.leaf, self.sin_elevation, self.cos_azimuth, self.hidden_area
+        return BlendWeights(*(each[rows] for each in columns))
+
+
+@runtime_checkable
+class Representation(Protocol):
+    """Anything with hierarchical levels of detail: it gives its parts and their appearance."""
+
+    @property
+    def name(self) -> str:
+        """Return the name of the representation in counts and records."""
+
+    def roots(self, view: View) -> Parts:
+        """Return every whole near enough that a part of it could be displayed (``parent`` = -1)."""
+
+    def parts_of(self, parts: Parts, view: View) -> Parts:
+        """Return the parts that ``parts`` own directly; ``parent`` holds rows of ``parts``."""
+
+    def appearance(self, parts: Parts, weights: BlendWeights) -> Appearance:
+        """Return the shape of displayed parts, each appearance thinned to its weight (§2.4)."""
+
+
+@runtime_checkable
+class Moving(Protocol):
+    """A representation of which something may move from frame to frame."""
+
+    def later(self, parts: Parts, view: View, time_s: float) -> Parts:
+        """Return the same parts in the same coordinates, posed at another time.
+
+        The result is ``parts`` itself where nothing moves. Positions and limits stay those of the
+        view.
+        """
+
+
+@dataclass(frozen=True, eq=False)
+class Cut:
+    """The parts displayed in one frame, a connected top of every object's tree.
+
+    Object by object, and within each level by level: parents before their parts.
+
+    object, part, level, parent  (n,) as in Parts; ``parent`` holds rows of this cut
+    examined_objects, examined_parts   how many were tested, displayed or not
+    load_parts  loader of all columns of the displayed parts, called once, on demand
+    """
+
+    object: np.ndarray
+    part: np.ndarray
+    level: np.ndarray
+    parent: np.ndarray
+    examined_objects: int
+    examined_parts: int
+    load_parts: Callable[[], Parts]
+
+    def __len__(self) -> int:
+        return len(self.part)
+
+    @cached_property
+    def parts(self) -> Parts:
+        """Load all columns of the displayed parts, on demand; ``parent`` holds rows of them."""
+        return self.load_parts()
+
+    @property
+    def displayed_objects(self) -> int:
+        """Number of objects of which at least the coarsest part is displayed."""
+        return int(np.count_nonzero(self.parent < 0))
+
+    @property
+    def displayed_parts(self) -> int:
+        """Number of displayed parts, inner and leaf."""
+        return len(self)
+
+
+@runtime_checkable
+class CompiledTraversal(Protocol):
+    """A representation with a compiled traversal of its own hierarchy, by the same test."""
+
+    def cut(self, view: View) -> Cut:
+        """Return the cut that ``prune_by_level`` returns, to the last bit."""
+
+
+def displayed(parts: Parts, view: View) -> np.ndarray:
+    """Apply the test of the metric, d < D, with the coarser D for what is out of view, (n,)."""
+    seen = in_view(view, parts.centre, parts.bound)
+    limit = np.where(seen, parts.limit, parts.limit_offscreen)
+    return distance(view, parts.position) < limit
+
+
+def prune(representation: Representation, view: View) -> Cut:
+    """Compute the cut of a representation, by its compiled traversal or level by level."""
+    if isinstance(representation, CompiledTraversal):
+        return representation.cut(view)
+    return prune_by_level(representation, view)
+
+
+def prune_by_level(representation: Representation, view: View) -> Cut:
+    """Compute the cut level by level: only parts that are displayed are asked for their parts."""
+    candidates = representation.roots(view)
+    examined_objects = examined_parts = len(candidates)
+    batches = [candidates.take(displayed(candidates, view))]
+    parents = [batches[0].parent]
+    first_row = 0
+    while len(batches[-1]):
+        candidates = representation.parts_of(batches[-1], view)
+        examined_parts += len(candidates)
+        passed = candidates.take(displayed(candidates, view))
+        parents.append(passed.parent + first_row)
+        first_row += len(batches[-1])
+        batches.append(passed)
+    parts = _by_object(replace(Parts.concatenate(batches), parent=np.concatenate(parents)))
+    return cut_from_parts(parts, examined_objects, examined_parts)
+
+
+def cut_from_parts(parts: Parts, examined_objects: int, examined_parts: int) -> Cut:
+    """Return the cut of parts whose columns are loaded already."""
+    columns = (parts.object, parts.part, parts.level, parts.parent)
+    return Cut(*columns, examined_objects, examined_parts, lambda: parts)
+
+
+def _by_object(parts: Parts) -> Parts:
+    """The same parts, object by object, those of each in the order they have."""
+    order = np.argsort(parts.object, kind="stable")
+    row = np.empty(len(order), np.int64)
+    row[order] = np.arange(len(order))
+    ordered = parts.take(order)
+    return replace(ordered, parent=np.where(ordered.parent < 0, -1, row[ordered.parent]))

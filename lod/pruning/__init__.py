@@ -1,1 +1,0 @@
-"""From a view and a representation to the cut: the parts that are displayed."""

@@ -1,0 +1,359 @@
+"""The sticks of every part of an object as one table: round cones, part after part.
+
+The triangle meshes of every part of an object as one table, part after part.
+
+The two batched shapes that a frame is made of: sticks and triangles, and both together.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, fields, replace
+from typing import TypeVar
+
+import numpy as np
+
+from lod.arrays import ArrayData, Flags, FloatArray, IntArray, Reals, check_columns
+from lod.errors import InputError
+
+Table = TypeVar("Table", bound="StickTable")
+
+
+@dataclass(frozen=True, eq=False)
+class StickTable(ArrayData):
+    """The sticks of n parts, part after part: each is the convex hull of two spheres.
+
+    Whatever holds the table says in which frame it is. Prototypes have their origin where the
+    object stands on the ground, z up, x the way it faces, y to its left; the compiled tables of an
+    actor have the own frame of each part.
+
+    first (n + 1,)  the sticks of part i are rows first[i]:first[i + 1]; there may be none
+    start, end (k, 3) centres of the two spheres [m]
+    start_radius, end_radius (k,) above 0 [m]
+    tint (k,)  row of the object's tints
+
+    Raises InputError for columns of other shapes, a radius that is not above 0, or a number that
+    is not finite.
+    """
+
+    first: IntArray
+    start: FloatArray
+    end: FloatArray
+    start_radius: FloatArray
+    end_radius: FloatArray
+    tint: IntArray
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _check(self)
+
+    def __len__(self) -> int:
+        return len(self.tint)
+
+    @property
+    def count(self) -> np.ndarray:
+        """Number of sticks of each part, (n,)."""
+        return np.diff(self.first)
+
+    @property
+    def owner(self) -> np.ndarray:
+        """Return the part that each stick belongs to, (k,)."""
+        return np.repeat(np.arange(len(self.first) - 1), self.count)
+
+    @property
+    def columns(self) -> tuple[np.ndarray, ...]:
+        """Return all columns but ``first``, (k, …) each, as ``of`` takes them."""
+        return tuple(getattr(self, each.name) for each in fields(self)[1:])
+
+    @classmethod
+    def of(cls: type[Table], parts: int, owner: np.ndarray, *columns: np.ndarray) -> Table:
+        """Build the table of ``parts`` parts from sticks in any order and their owners, (k,)."""
+        owner = np.asarray(owner, np.int64)
+        if len(owner) and not (owner.min() >= 0 and owner.max() < parts):
+            raise InputError("sticks.owner", int(owner.max()), f"a part, 0 to {parts - 1}")
+        order = np.argsort(owner, kind="stable")
+        first = np.concatenate(([0], np.cumsum(np.bincount(owner, minlength=parts))))
+        return cls(first, *(np.asarray(column)[order] for column in columns))
+
+    @classmethod
+    def merge(cls: type[Table], tables: Sequence[Table]) -> Table:
+        """Build the table of parts whose sticks stand in several tables of the same parts."""
+        owner = np.concatenate([table.owner for table in tables])
+        columns = zip(*(table.columns for table in tables), strict=True)
+        return cls.of(len(tables[0].count), owner, *map(np.concatenate, columns))
+
+    @staticmethod
+    def as_one_part(tables: Sequence["StickTable"]) -> "StickTable":
+        """Build the table of a single part that has all the sticks of several tables."""
+        return StickTable.merge([t.with_owner(1, np.zeros(len(t), np.int64)) for t in tables])
+
+    def with_owner(self: Table, parts: int, owner: np.ndarray) -> Table:
+        """Return the table of ``parts`` parts with these sticks, each with its owner, (k,)."""
+        return self.of(parts, owner, *self.columns)
+
+    def take(self: Table, rows: np.ndarray) -> Table:
+        """Return the table of the same parts with the sticks at ``rows`` (indices or flags)."""
+        columns = (column[rows] for column in self.columns)
+        return self.of(len(self.count), self.owner[rows], *columns)
+
+    def only(self: Table, parts: Flags) -> Table:
+        """Return the table with the sticks of the flagged parts (n,) alone."""
+        return self.take(parts[self.owner])
+
+    def of_parts(self: Table, parts: Flags) -> Table:
+        """Return the table of the flagged parts (n,) alone, numbered anew in their order."""
+        first = np.concatenate(([0], np.cumsum(self.count[parts])))
+        return type(self)(first, *(column[parts[self.owner]] for column in self.columns))
+
+    def thickened(self: Table, factor: Reals) -> Table:
+        """Return the table with both radii of each stick multiplied by its factor, (k,)."""
+        radii = self.start_radius * factor, self.end_radius * factor
+        return replace(self, start_radius=radii[0], end_radius=radii[1])
+
+    def scaled(self: Table, factor: float) -> Table:
+        """Return the table with every length multiplied by ``factor``."""
+        names = ("start", "end", "start_radius", "end_radius")
+        return replace(self, **{name: getattr(self, name) * factor for name in names})
+
+
+def _check(table: StickTable) -> None:
+    k = len(table.tint)
+    points = {"start": (k, 3), "end": (k, 3)}
+    check_columns("sticks", table, **points, start_radius=(k,), end_radius=(k,))
+    first = table.first
+    if (
+        first.ndim != 1
+        or len(first) == 0
+        or first[0] != 0
+        or first[-1] != k
+        or np.any(np.diff(first) < 0)
+    ):
+        raise InputError("sticks.first", first, f"rises from 0 to the number of sticks, {k}")
+    for name in ("start_radius", "end_radius"):
+        if k and getattr(table, name).min() <= 0:
+            raise InputError(f"sticks.{name}", float(getattr(table, name).min()), "above 0 m")
+    if k and table.tint.min() < 0:
+        raise InputError("sticks.tint", int(table.tint.min()), "a row of the tints, at least 0")
+
+
+_PER_VERTEX = ("vertices", "normals", "colours")
+
+
+@dataclass(frozen=True, eq=False)
+class MeshTable(ArrayData):
+    """The meshes of n parts, part after part; a part may have none.
+
+    first_vertex (n + 1,)  vertices of part i are rows first_vertex[i]:first_vertex[i + 1]
+    first_face (n + 1,)    its faces are rows first_face[i]:first_face[i + 1]
+    vertices (v, 3)        corners, in whichever frame the holder of the table says [m]
+    normals (v, 3)         unit normals
+    colours (v, 3)         linear Rec.709 albedo, 0 to 1
+    faces (f, 3)           rows of ``vertices``, counter-clockwise seen from outside
+
+    Raises InputError for columns of other shapes, numbers that are not finite, corners that are not
+    of the face's own part, and albedo outside 0 to 1.
+    """
+
+    first_vertex: IntArray
+    first_face: IntArray
+    vertices: FloatArray
+    normals: FloatArray
+    colours: FloatArray
+    faces: IntArray
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _check_mesh_table(self)
+
+    def __len__(self) -> int:
+        return len(self.faces)
+
+    @property
+    def count(self) -> np.ndarray:
+        """Number of triangles of each part, (n,)."""
+        return np.diff(self.first_face)
+
+    @property
+    def owner(self) -> np.ndarray:
+        """Return the part that each triangle belongs to, (f,)."""
+        return np.repeat(np.arange(len(self.count)), self.count)
+
+    @property
+    def vertex_owner(self) -> np.ndarray:
+        """Return the part that each vertex belongs to, (v,)."""
+        return np.repeat(np.arange(len(self.count)), np.diff(self.first_vertex))
+
+    @property
+    def face_colours(self) -> np.ndarray:
+        """Compute the mean albedo of each triangle over its corners, (f, 3)."""
+        colours: np.ndarray = self.colours[self.faces].mean(axis=1)
+        return colours
+
+    @property
+    def surface(self) -> tuple[np.ndarray, ...]:
+        """Return what decides how the triangles look from afar: corners, faces and colours."""
+        return self.vertices, self.faces, self.colours
+
+    def only(self, parts: np.ndarray) -> "MeshTable":
+        """Return the table with the meshes of the flagged parts (n,) alone."""
+        vertex, face = parts[self.vertex_owner], parts[self.owner]
+        row = np.cumsum(vertex) - 1
+        return MeshTable(
+            np.concatenate(([0], np.cumsum(np.diff(self.first_vertex) * parts))),
+            np.concatenate(([0], np.cumsum(self.count * parts))),
+            **{key: getattr(self, key)[vertex] for key in _PER_VERTEX},
+            faces=row[self.faces[face]],
+        )
+
+    def with_area_share(self, share: float) -> "MeshTable":
+        """Shrink the mesh of each part to a share of its area, about the middle of its corners."""
+        if share == 1.0:
+            return self
+        owner, count = self.vertex_owner, np.maximum(np.diff(self.first_vertex), 1)
+        sums = [np.bincount(owner, x, len(count)) / count for x in self.vertices.T]
+        middle = np.stack(sums, axis=1)[owner]
+        shrunk = middle + np.sqrt(share) * (self.vertices - middle)
+        return replace(self, vertices=shrunk)
+
+    @staticmethod
+    def of(meshes: Sequence["Mesh | None"]) -> "MeshTable":
+        """Lay the meshes of parts end to end; None is a part without a mesh."""
+        own = [each for each in meshes if each is not None]
+        vertices = [0 if each is None else len(each.vertices) for each in meshes]
+        faces = [0 if each is None else len(each.faces) for each in meshes]
+        first_vertex = np.concatenate(([0], np.cumsum(vertices, dtype=np.int64)))
+        start = first_vertex[:-1][[each is not None for each in meshes]]
+        none = np.zeros((0, 3))
+        columns = {
+            key: np.concatenate([none, *(getattr(each, key) for each in own)])
+            for key in _PER_VERTEX
+        }
+        rows = [each.faces + row for each, row in zip(own, start.tolist(), strict=True)]
+        return MeshTable(
+            first_vertex,
+            np.concatenate(([0], np.cumsum(faces, dtype=np.int64))),
+            **columns,
+            faces=np.concatenate([none.astype(np.int64), *rows]),
+        )
+
+    @staticmethod
+    def concatenate(tables: Sequence["MeshTable"]) -> "MeshTable":
+        """Lay tables end to end: the parts of one follow those of the one before."""
+        vertices = np.cumsum([0] + [len(each.vertices) for each in tables]).tolist()
+        faces = np.cumsum([0] + [len(each) for each in tables]).tolist()
+        starts = [
+            each.first_vertex[:-1] + row for each, row in zip(tables, vertices[:-1], strict=True)
+        ]
+        firsts = [each.first_face[:-1] + row for each, row in zip(tables, faces[:-1], strict=True)]
+        rows = [each.faces + row for each, row in zip(tables, vertices[:-1], strict=True)]
+        return MeshTable(
+            np.append(np.concatenate(starts), vertices[-1]),
+            np.append(np.concatenate(firsts), faces[-1]),
+            **{key: np.concatenate([getattr(each, key) for each in tables]) for key in _PER_VERTEX},
+            faces=np.concatenate(rows),
+        )
+
+    def scaled(self, factor: float) -> "MeshTable":
+        """Return the table with every length multiplied by ``factor``."""
+        return replace(self, vertices=self.vertices * factor)
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh(ArrayData):
+    """The triangle mesh of one part, as in MeshTable: vertices, normals, colours (v, 3); faces."""
+
+    vertices: FloatArray
+    normals: FloatArray
+    colours: FloatArray
+    faces: IntArray
+
+
+def triangle_areas(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Compute the area of each triangle, (f,) [m²]."""
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    areas: np.ndarray = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
+    return areas
+
+
+def _check_mesh_table(table: MeshTable) -> None:
+    v, f = len(table.vertices), len(table.faces)
+    points = dict.fromkeys(_PER_VERTEX, (v, 3))
+    check_columns("meshes", table, faces=(f, 3), **points)
+    for name, size in (("first_vertex", v), ("first_face", f)):
+        first = getattr(table, name)
+        rises = first.ndim == 1 and len(first) and first[0] == 0 and np.all(np.diff(first) >= 0)
+        if not rises or first[-1] != size or len(first) != len(table.first_vertex):
+            raise InputError(f"meshes.{name}", first, f"rises from 0 to {size}, part by part")
+    low, high = (table.first_vertex[k : len(table.count) + k][table.owner] for k in (0, 1))
+    if f and (np.any(table.faces < low[:, None]) or np.any(table.faces >= high[:, None])):
+        raise InputError("meshes.faces", "a corner of another part", "rows of its own vertices")
+    if v and not (table.colours.min() >= 0 and table.colours.max() <= 1):
+        raise InputError("meshes.colours", "an albedo outside 0 to 1", "linear Rec.709, 0 to 1")
+
+
+@dataclass(frozen=True, eq=False)
+class Sticks(ArrayData):
+    """Round cones with round ends: limbs, branches, blobs.
+
+    start, end              (n, 3) ends of the axis, in the frame's coordinates [m]
+    start_radius, end_radius (n,) [m]
+    tint    (n,)   row of ``tints``
+    tints   (k, 3) linear Rec.709 albedo of each tint, 0 to 1
+    owner   (n,)   row of the part that each stick belongs to
+    """
+
+    start: FloatArray
+    end: FloatArray
+    start_radius: FloatArray
+    end_radius: FloatArray
+    tint: IntArray
+    tints: FloatArray
+    owner: IntArray
+
+    def __len__(self) -> int:
+        return len(self.tint)
+
+
+@dataclass(frozen=True, eq=False)
+class Triangles(ArrayData):
+    """A triangle mesh with its own normals and colours: terrain, leaves, flames.
+
+    vertices (v, 3) corners [m]
+    normals  (v, 3) unit normals
+    colours  (v, 3) linear Rec.709 albedo, 0 to 1
+    faces    (f, 3) rows of ``vertices``, counter-clockwise seen from outside
+    owner    (f,)   row of the part that each face belongs to
+    glow     (f,)   row of ``glows``; empty where nothing emits light
+    glows    (k, 3) linear Rec.709 radiance outwards, at least 0, in units of the sky's
+    """
+
+    vertices: FloatArray
+    normals: FloatArray
+    colours: FloatArray
+    faces: IntArray
+    owner: IntArray
+    glow: IntArray = field(default_factory=lambda: np.zeros(0))
+    glows: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
+
+    def __len__(self) -> int:
+        return len(self.faces)
+
+
+@dataclass(frozen=True, eq=False)
+class SticksAndTriangles:
+    """The appearance of parts of which some are sticks and some are meshes."""
+
+    sticks: Sticks
+    triangles: Triangles
+
+    def __len__(self) -> int:
+        return len(self.sticks) + len(self.triangles)
+
+
+Appearance = Sticks | Triangles | SticksAndTriangles
+"""What a representation gives for the displayed parts."""
+
+
+def batches_of(shape: Appearance) -> tuple[Sticks | Triangles, ...]:
+    """Return the one or two batched shapes of an appearance."""
+    if isinstance(shape, SticksAndTriangles):
+        return shape.sticks, shape.triangles
+    return (shape,)

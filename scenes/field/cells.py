@@ -1,0 +1,408 @@
+"""Bounds of where objects of a field can be displayed at all, and which cells lie within them.
+
+A Poisson process on an endless plane, drawn cell by cell from a counter-based hash (§4.1).
+
+Which cells of a field a frame visits: those from which a whole could pass its test.
+"""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float64
+from numba import njit
+
+from lod.arrays import Reals, expand, freeze
+from lod.camera import Corner
+from lod.errors import InputError
+from lod.view import View, compile_view, search_radius, sphere_in_frustum
+from scenes.noise import hash_name, philox4x64, unit_float
+from scenes.processes.content_cache import kept
+from scenes.processes.content_key import content_key
+
+
+class SearchBounds(NamedTuple):
+    """Where wholes of a species can pass their tests, whatever else is known of them.
+
+    limit, limit_offscreen  (v,) greatest true distance of the eye from the origin of a whole of
+            each prototype, in view and out of it [m]; bound (v,) its B [m]
+    radius  greatest such distance in view of any prototype [m]
+    max_offset  how far in plan that origin can be from the object's place in its cell [m]
+    low, high   heights that it cannot be beyond [m]
+    half_window half the side of the world; inf = no edge [m]
+    """
+
+    limit: np.ndarray
+    limit_offscreen: np.ndarray
+    bound: np.ndarray
+    radius: float
+    max_offset: float
+    low: float
+    high: float
+    half_window: float
+
+
+def search_bounds(
+    view: View,
+    limits: tuple[Reals, Reals],
+    bound: Reals,
+    max_offset: float,
+    heights: tuple[float, float],
+    extent: float | None,
+) -> SearchBounds:
+    """Find the bounds of a search for wholes with these limit distances and bounds.
+
+    limits  (v,) D of each prototype's whole, in view and out of it [m]; bound (v,) its B [m]
+    heights that the origin of a whole cannot be beyond [m]; extent: side of the world, None = no
+            edge
+    """
+    inside, outside = limits
+    pairs = zip(inside.tolist(), bound.tolist(), strict=True)
+    limit = np.array([search_radius(view, each, radius) for each, radius in pairs])
+    radius = search_radius(view, float(inside.max()), float(bound.max()))
+    half_window = math.inf if extent is None else extent / 2
+    return SearchBounds(limit, outside, bound, radius, max_offset, *heights, half_window)
+
+
+class CellReach(NamedTuple):
+    """Which cells may hold a displayed whole: all lengths in metres.
+
+    horizontal  greatest distance of a cell from the eye, in plan
+    limit, limit_offscreen  greatest true distances of a whole, in view and out of it
+    max_offset  how far in plan the origin of a whole can be from its place in the cell
+    height_gap  how far the eye is above all origins, or below them
+    mid_height, radius  middle of the heights of all that a cell holds, and radius about it
+    """
+
+    horizontal: float
+    limit: float
+    limit_offscreen: float
+    max_offset: float
+    height_gap: float
+    mid_height: float
+    radius: float
+
+
+def cell_reach(view: View, bounds: SearchBounds, side: float) -> CellReach:
+    """Compute the reach of a search among square cells of that side [m]."""
+    low, high, eye_z = bounds.low, bounds.high, view.camera.eye[2]
+    gap = max(0.0, eye_z - high, low - eye_z)
+    horizontal = math.sqrt(max(bounds.radius**2 - gap**2, 0.0)) + bounds.max_offset
+    bound, outside = float(bounds.bound.max()), float(bounds.limit_offscreen.max())
+    radius = side / math.sqrt(2) + (high - low) / 2 + bounds.max_offset + bound
+    lengths = horizontal, bounds.radius, outside, bounds.max_offset, gap
+    return CellReach(*lengths, (low + high) / 2, radius)
+
+
+@njit(cache=True)
+def cell_in_reach(view, east, north, side, reach):  # type: ignore[no-untyped-def]
+    """Tell whether the cell about that middle may hold a displayed whole, in view or out of it."""
+    near = horizontal_distance(view, east, north, side)
+    if near > reach.horizontal:
+        return False
+    if view.look_around:
+        return True
+    away = min_distance(near, reach.max_offset, reach.height_gap)
+    if away > reach.limit:
+        return False
+    if not away > reach.limit_offscreen:
+        return True
+    return sphere_in_frustum(view, east, north, reach.mid_height, reach.radius)
+
+
+@njit(cache=True)
+def horizontal_distance(view, east, north, side):  # type: ignore[no-untyped-def]
+    """Compute the distance in plan from the eye to the cell about that middle [m]; 0 inside it."""
+    aside_x = max(abs(east - view.eye_x) - side / 2, 0.0)
+    aside_y = max(abs(north - view.eye_y) - side / 2, 0.0)
+    return math.sqrt(aside_x * aside_x + aside_y * aside_y)
+
+
+@njit(cache=True, inline="always")
+def min_distance(horizontal, max_offset, height_gap):  # type: ignore[no-untyped-def]
+    """Least true distance from the eye of anything that may be ``max_offset`` nearer in plan than
+    ``horizontal``, and is at least ``height_gap`` higher or lower [m].
+    """
+    nearer = max(horizontal - max_offset, 0.0)
+    return math.sqrt(nearer * nearer + height_gap * height_gap)
+
+
+_MEAN_PER_CELL = 2.0
+"""Cells are the squares of side 2^j m that hold about this many objects, between half and twice."""
+
+
+_THINNEST = 1e-24
+"""Below this density cells have their largest side [1/m²]."""
+
+
+@dataclass(frozen=True, eq=False)
+class CellSamples:
+    """Objects drawn from some cells, in the order of the cells.
+
+    cell_x, cell_y, index  (n,) the object's identity: its cell in the species' lattice, and which
+            of the cell's objects it is
+    u       (n, 8) uniform numbers in [0, 1): place in the cell (x, y), heading, prototype; then
+            phase of motion, which way round, stride, and the one that habitats compare
+    """
+
+    cell_x: np.ndarray
+    cell_y: np.ndarray
+    index: np.ndarray
+    u: np.ndarray
+
+    def __post_init__(self) -> None:
+        freeze(self, cell_x=np.int64, cell_y=np.int64, index=np.int64, u=np.float64)
+
+    def __len__(self) -> int:
+        return len(self.index)
+
+    def take(self, rows: np.ndarray) -> "CellSamples":
+        """Return the objects at ``rows`` (indices or flags)."""
+        return CellSamples(self.cell_x[rows], self.cell_y[rows], self.index[rows], self.u[rows])
+
+
+class CellLattice(NamedTuple):
+    """A lattice of square cells as seen from a frame's corner.
+
+    cell_x, cell_y  cell that the corner is in; rest_x, rest_y: how far it is into that cell [m]
+    side            of a cell [m]
+    """
+
+    cell_x: int
+    cell_y: int
+    rest_x: float
+    rest_y: float
+    side: float
+
+
+class ProcessKey(NamedTuple):
+    """The two words by which a species' process keys the hash."""
+
+    seed: np.uint64
+    species: np.uint64
+
+
+@dataclass(frozen=True)
+class PoissonCells:
+    """One species' homogeneous Poisson process of density K [1/m²]."""
+
+    seed: int
+    name: str
+    density: float
+
+    @property
+    def exponent(self) -> int:
+        """j: the cells are squares of side 2^j m."""
+        j = round(0.5 * math.log2(_MEAN_PER_CELL / max(self.density, _THINNEST)))
+        return min(max(j, -3), 40)
+
+    @property
+    def side_m(self) -> float:
+        """Return the side of a cell [m], a power of two."""
+        return 2.0**self.exponent
+
+    @property
+    def key(self) -> ProcessKey:
+        """Return the key of the hash."""
+        return ProcessKey(np.uint64(self.seed), hash_name(self.name))
+
+    def lattice(self, corner: Corner) -> CellLattice:
+        """Return the lattice of cells as seen from a frame's corner."""
+        return CellLattice(*corner.lattice(self.side_m), self.side_m)
+
+    def sample(self, cell_x: np.ndarray, cell_y: np.ndarray) -> CellSamples:
+        """Draw every object of the given cells: the same cell always holds the same objects."""
+        count = _counts(cell_x, cell_y, self.key, self._cumulative)
+        row, index = expand(count)
+        x, y = cell_x[row], cell_y[row]
+        return CellSamples(x, y, index, _uniforms(x, y, index, self.key))
+
+    def candidates(
+        self, cell_x: np.ndarray, cell_y: np.ndarray, view: View, bounds: SearchBounds
+    ) -> tuple[CellSamples, int]:
+        """Draw the objects of cells that could be displayed, and count those in the window.
+
+        An object beyond every limit is rejected by its place and prototype alone.
+        """
+        count = _counts(cell_x, cell_y, self.key, self._cumulative)
+        cells, lattice = (cell_x, cell_y, count), self.lattice(view.camera.corner)
+        room = int(count.sum())
+        name, u = np.empty((3, room), np.int64), np.empty((room, 8))
+        compiled = compile_view(view)
+        kept, examined = _candidates(cells, self.key, lattice, compiled, bounds, name, u)
+        return CellSamples(name[0, :kept], name[1, :kept], name[2, :kept], u[:kept]), examined
+
+    def positions(self, corner: Corner, samples: CellSamples) -> Float64[np.ndarray, "n 2"]:
+        """Compute the places of objects at home, (n, 2) [m] from the corner."""
+        lattice = self.lattice(corner)
+        side = lattice.side
+        x = (samples.cell_x - lattice.cell_x) * side + samples.u[:, 0] * side - lattice.rest_x
+        y = (samples.cell_y - lattice.cell_y) * side + samples.u[:, 1] * side - lattice.rest_y
+        return np.stack((x, y), axis=1)
+
+    def in_window(self, samples: CellSamples, half_window: float) -> np.ndarray:
+        """Whether each object's place is in the square window of that half side about the origin
+        [m], (n,): it depends on the object alone, never on the eye."""
+        side = self.side_m
+        x, y = (samples.cell_x + samples.u[:, 0]) * side, (samples.cell_y + samples.u[:, 1]) * side
+        return (np.abs(x) <= half_window) & (np.abs(y) <= half_window)
+
+    @cached_property
+    def _cumulative(self) -> np.ndarray:
+        """The Poisson distribution function of a cell's count, as far as it matters."""
+        mean = self.density * self.side_m**2
+        key = content_key(float(mean))
+        return kept("cells", key, lambda: {"cumulative": _distribution(mean)})["cumulative"]
+
+
+def _distribution(mean: float) -> np.ndarray:
+    from scipy.special import pdtr  # dear to import, and what it finds is kept
+
+    found: np.ndarray = pdtr(np.arange(math.ceil(mean + 12 * math.sqrt(mean) + 30)), mean)
+    return found
+
+
+@njit(cache=True)
+def _counts(cell_x, cell_y, key, cumulative):  # type: ignore[no-untyped-def]
+    """Objects in each cell, by inversion of the Poisson distribution function."""
+    count = np.empty(len(cell_x), np.int64)
+    zero = np.uint64(0)
+    for i in range(len(cell_x)):
+        x, y = np.uint64(cell_x[i]), np.uint64(cell_y[i])
+        word, _, _, _ = philox4x64(x, y, zero, zero, key.seed, key.species)
+        u, number = unit_float(word), 0
+        while number < len(cumulative) and cumulative[number] <= u:
+            number += 1  # about two steps: cells are that small
+        count[i] = number
+    return count
+
+
+@njit(cache=True)
+def _uniforms(cell_x, cell_y, index, key):  # type: ignore[no-untyped-def]
+    """Eight uniforms for each object; block 0 of a cell is spent on its count."""
+    u = np.empty((len(index), 8))
+    for i in range(len(index)):
+        block = np.uint64(index[i] + 1)
+        for half in range(2):
+            x, y = np.uint64(cell_x[i]), np.uint64(cell_y[i])
+            words = philox4x64(x, y, block, np.uint64(half), key.seed, key.species)
+            for k in range(4):
+                u[i, 4 * half + k] = unit_float(words[k])
+    return u
+
+
+@njit(cache=True)
+def _candidates(cells, key, lattice, view, bounds, name, u):  # type: ignore[no-untyped-def]
+    """Identities (3, n) and uniforms (n, 8) of objects that could be displayed, into ``name`` and
+    ``u``; how many there are, and how many objects are in the window.
+
+    cells: x, y and number of objects of each, (c,)
+    """
+    cell_x, cell_y, count = cells
+    side, half_window = lattice.side, bounds.half_window
+    kinds, kept, examined, one = len(bounds.bound), 0, 0, np.uint64(1)
+    for i in range(len(cell_x)):
+        x, y = np.uint64(cell_x[i]), np.uint64(cell_y[i])
+        west = (cell_x[i] - lattice.cell_x) * side - lattice.rest_x
+        south = (cell_y[i] - lattice.cell_y) * side - lattice.rest_y
+        for index in range(count[i]):
+            block = np.uint64(index + 1)
+            words = philox4x64(x, y, block, np.uint64(0), key.seed, key.species)
+            u0, u1 = unit_float(words[0]), unit_float(words[1])
+            if abs((cell_x[i] + u0) * side) > half_window:
+                continue
+            if abs((cell_y[i] + u1) * side) > half_window:
+                continue
+            examined += 1
+            kind = int(unit_float(words[3]) * kinds)
+            if not _could_pass(view, bounds, kind, west + u0 * side, south + u1 * side):
+                continue
+            name[0, kept], name[1, kept], name[2, kept] = cell_x[i], cell_y[i], index
+            rest = philox4x64(x, y, block, one, key.seed, key.species)
+            for k in range(4):
+                u[kept, k], u[kept, 4 + k] = unit_float(words[k]), unit_float(rest[k])
+            kept += 1
+    return kept, examined
+
+
+@njit(cache=True, inline="always")
+def _could_pass(view, bounds, kind, east, north):  # type: ignore[no-untyped-def]
+    """Whether a whole of a prototype at that place could pass its test, whatever its height.
+
+    Distances and radii have a billionth of room for rounding: what is kept in vain is rejected by
+    the traversal.
+    """
+    gap = max(0.0, view.eye_z - bounds.high, bounds.low - view.eye_z)
+    away = math.sqrt((east - view.eye_x) ** 2 + (north - view.eye_y) ** 2)
+    away = min_distance(away, bounds.max_offset, gap) * (1 - 1e-9)
+    passed = away < bounds.limit[kind]
+    if passed and not away < bounds.limit_offscreen[kind]:
+        spread = (bounds.high - bounds.low) / 2 + bounds.max_offset
+        radius = (bounds.bound[kind] + spread) * (1 + 1e-9)
+        middle = (bounds.low + bounds.high) / 2
+        passed = sphere_in_frustum(view, east, north, middle, radius)
+    return passed
+
+
+def candidates(cells: PoissonCells, view: View, bounds: SearchBounds) -> tuple[CellSamples, int]:
+    """Return the objects of a field that could be displayed, and how many were examined."""
+    return cells.candidates(*cells_in_reach(cells, view, bounds), view, bounds)
+
+
+def cells_in_reach(
+    cells: PoissonCells, view: View, bounds: SearchBounds
+) -> tuple[np.ndarray, np.ndarray]:
+    """Find the cells that may hold a displayed whole, in view or not, row by row: x, y (n,)."""
+    reach = cell_reach(view, bounds, cells.side_m)
+    spans, lattice = search_spans(cells, view, bounds), cells.lattice(view.camera.corner)
+    return _cells_in_reach(spans, lattice, compile_view(view), reach)
+
+
+def search_spans(
+    cells: PoissonCells, view: View, bounds: SearchBounds
+) -> tuple[int, int, int, int]:
+    """Find ranges of cell numbers that hold all cells in reach: x from and before, then y.
+
+    Raises InputError where nothing bounds the search.
+    """
+    side, lattice = cells.side_m, cells.lattice(view.camera.corner)
+    reach, window = cell_reach(view, bounds, side).horizontal / side, bounds.half_window / side
+    east, north = view.camera.eye[:2].tolist()
+    x_range = _span(lattice.cell_x, (east + lattice.rest_x) / side, reach, window)
+    return *x_range, *_span(lattice.cell_y, (north + lattice.rest_y) / side, reach, window)
+
+
+def _span(first: int, eye: float, reach: float, half_window: float) -> tuple[int, int]:
+    """Range of cell numbers within ``reach`` cells of the eye, cut to the window."""
+    if math.isinf(reach) and math.isinf(half_window):
+        raise InputError(
+            "world.extent", None, "this metric needs a finite world", "-D world.extent=500"
+        )
+    lows, highs = [], []
+    if math.isfinite(half_window):
+        lows.append(math.floor(-half_window))
+        highs.append(math.floor(half_window))
+    if math.isfinite(reach):
+        lows.append(first + math.floor(eye - reach))
+        highs.append(first + math.floor(eye + reach))
+    low, high = max(lows), min(highs)
+    return (low, high + 1) if low <= high else (0, 0)
+
+
+@njit(cache=True)
+def _cells_in_reach(spans, lattice, view, reach):  # type: ignore[no-untyped-def]
+    """Those of the cells in ``spans`` that are in reach, row by row: x, y (n,)."""
+    x0, x1, y0, y1 = spans
+    side = lattice.side
+    room = max(x1 - x0, 0) * max(y1 - y0, 0)
+    cell_x, cell_y, n = np.empty(room, np.int64), np.empty(room, np.int64), 0
+    for y in range(y0, y1):
+        north = (y - lattice.cell_y + 0.5) * side - lattice.rest_y
+        for x in range(x0, x1):
+            east = (x - lattice.cell_x + 0.5) * side - lattice.rest_x
+            if cell_in_reach(view, east, north, side, reach):
+                cell_x[n], cell_y[n] = x, y
+                n += 1
+    return cell_x[:n], cell_y[:n]

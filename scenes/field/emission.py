@@ -1,0 +1,182 @@
+"""Sticks of displayed parts, posed and laid out in one compiled loop.
+
+Their ends are where ``scenes.rig.pose.pose_points`` puts them, and their radii cover each stick's
+share of its area (``lod.crossfade``). Positions are float64 up to the renderer's door.
+
+Meshes of displayed parts, posed: vertices and normals carried by the joints of their parts.
+
+A part that fades shrinks about its origin, so that its area is the share that it shows.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from lod.arrays import Ints, Reals, expand
+from lod.crossfade import radius_factor
+from lod.shapes import MeshTable, Sticks, Triangles
+from lod.threads import map_chunks
+from scenes.field.part_tables import DisplayedSticks, PartTables
+from scenes.rig.pose import (
+    begin_pose,
+    mark_joint,
+    pose_buffers,
+    pose_marked,
+    pose_points,
+    rotation_matrix,
+    transform_point,
+)
+from scenes.rig.pose_tables import Instances, PoseTables
+
+_SHORTEST_RUN = 8192
+"""Sticks for which another thread is worth its start."""
+
+
+class _StickColumns(NamedTuple):
+    """Rigged sticks as the loop reads them: ends (k, 3) in the frames of their joints, joints (k,),
+    radii (k,) [m]."""
+
+    start: np.ndarray
+    end: np.ndarray
+    start_joint: np.ndarray
+    end_joint: np.ndarray
+    start_radius: np.ndarray
+    end_radius: np.ndarray
+
+
+class _PosedSticks(NamedTuple):
+    """Where the loop writes: ends (n, 3), radii at both (2, n) [m]."""
+
+    start: np.ndarray
+    end: np.ndarray
+    radii: np.ndarray
+
+
+def emit(
+    pose_tables: PoseTables,
+    part_tables: PartTables,
+    instances: Instances,
+    objects: Ints,
+    displayed: DisplayedSticks,
+) -> Sticks:
+    """Pose the sticks of displayed parts; ``objects`` (n,) are rows in ``instances``."""
+    table = _StickColumns(*(getattr(part_tables.sticks, name) for name in _StickColumns._fields))
+    n, columns = len(displayed.stick), instances.columns()
+    posed = _PosedSticks(np.empty((n, 3)), np.empty((n, 3)), np.empty((2, n)))
+
+    def run(first: int, last: int) -> None:
+        rows = slice(first, last)
+        own = DisplayedSticks(*(column[rows] for column in displayed))
+        out = _PosedSticks(posed.start[rows], posed.end[rows], posed.radii[:, rows])
+        _emit(pose_tables.columns, pose_tables.max_joints, columns, objects, own, table, out)
+
+    map_chunks(run, n, _SHORTEST_RUN)
+    start, end, radii = posed
+    return Sticks(
+        start, end, radii[0], radii[1], displayed.tint, part_tables.tints, displayed.owner
+    )
+
+
+@njit(cache=True, nogil=True)
+def _emit(t, max_joints, instances, objects, displayed, table, out):  # type: ignore[no-untyped-def]
+    """Pose the displayed sticks into ``out``, object by object: each joint once."""
+    owner, stick, share, _ = displayed
+    joint0, joint1 = table.start_joint, table.end_joint
+    n = len(stick)
+    buffers = pose_buffers(max_joints)
+    m = 0
+    while m < n:
+        o, first = objects[owner[m]], m
+        pose = begin_pose(t, buffers, instances, o)
+        while m < n and objects[owner[m]] == o:
+            mark_joint(t, buffers, pose, joint0[stick[m]] + 1)
+            mark_joint(t, buffers, pose, joint1[stick[m]] + 1)
+            m += 1
+        pose_marked(t, buffers, pose, instances.foot_contacts, o, 1, pose.joints)
+        _emit_object(buffers.frame, stick, share, table, out, first, m)
+
+
+@njit(cache=True)
+def _emit_object(frame, stick, share, table, out, first, last):  # type: ignore[no-untyped-def]
+    """Sticks first to last, all of one object, whose joints have these frames."""
+    start, end, joint0, joint1, radius0, radius1 = table
+    starts, ends, radii = out
+    row, turn = 0, rotation_matrix(frame, 0)
+    for m in range(first, last):
+        k = stick[m]
+        if joint0[k] + 1 != row:
+            row = joint0[k] + 1
+            turn = rotation_matrix(frame, row)
+        a = transform_point(frame, row, turn, start[k, 0], start[k, 1], start[k, 2])
+        if joint1[k] + 1 != row:
+            row = joint1[k] + 1
+            turn = rotation_matrix(frame, row)
+        b = transform_point(frame, row, turn, end[k, 0], end[k, 1], end[k, 2])
+        starts[m, 0], starts[m, 1], starts[m, 2] = a
+        ends[m, 0], ends[m, 1], ends[m, 2] = b
+        factor = 1.0
+        if share[m] != 1.0:
+            x, y, z = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+            length = math.sqrt(x * x + y * y + z * z)
+            factor = radius_factor(radius0[k], radius1[k], length, share[m])
+        radii[0, m], radii[1, m] = radius0[k] * factor, radius1[k] * factor
+
+
+def emit_meshes(
+    pose_tables: PoseTables,
+    part_tables: PartTables,
+    instances: Instances,
+    objects: Ints,
+    parts: Ints,
+    share: Reals,
+) -> Triangles:
+    """Pose the meshes of displayed parts; those without a mesh give nothing.
+
+    objects (n,) rows in ``instances``, parts (n,) rows of the tables; share (n,) of their area that
+    they show
+    """
+    meshes = part_tables.meshes
+    if meshes is None:
+        raise ValueError("parts without meshes")
+    rows = np.flatnonzero((meshes.count[parts] > 0) & (share > 0))
+    part, scale = parts[rows], np.sqrt(share[rows])
+    origin, turn = _joint_frames(pose_tables, instances, objects[rows], part_tables.joint[part])
+    owner, vertex = _expanded(meshes.first_vertex, part)
+    middle = part_tables.origin[part][owner]
+    local = middle + scale[owner, None] * (meshes.vertices[vertex] - middle)
+    vertices = origin[owner] + np.einsum("kab,kb->ka", turn[owner], local)
+    normals = np.einsum("kab,kb->ka", turn[owner], meshes.normals[vertex])
+    # Rows of this frame's vertices from those of the table, part by part.
+    count = np.diff(meshes.first_vertex)[part]
+    shift = np.cumsum(count) - count - meshes.first_vertex[part]
+    of_face, face = _expanded(meshes.first_face, part)
+    faces = meshes.faces[face] + shift[of_face, None]
+    return Triangles(vertices, normals, meshes.colours[vertex], faces, rows[of_face])
+
+
+def triangles_of(meshes: MeshTable | None, parts: Ints) -> Reals:
+    """Return how many triangles each of these parts shows, (n,)."""
+    if meshes is None:
+        return np.zeros(len(parts))
+    return meshes.count[parts].astype(np.float64)
+
+
+def _expanded(first: np.ndarray, parts: np.ndarray) -> tuple[Ints, Ints]:
+    """Number of the part among ``parts``, and row of the table, of all that parts have."""
+    owner, offset = expand(np.diff(first)[parts])
+    return owner, first[parts][owner] + offset
+
+
+def _joint_frames(
+    pose_tables: PoseTables, instances: Instances, objects: Ints, joints: Ints
+) -> tuple[np.ndarray, np.ndarray]:
+    """Origins (n, 3) [m] and rotations (n, 3, 3) of joints of posed objects, (n,) each."""
+    corners = np.concatenate((np.zeros((1, 3)), np.eye(3)))
+    most = pose_tables.max_joints + 1
+    table = np.tile(corners, (most, 1)), np.repeat(np.arange(-1, most - 1), 4)
+    points = (4 * (joints + 1)[:, None] + np.arange(4)).ravel()
+    posed = pose_points(pose_tables, instances, np.repeat(objects, 4), points, *table)
+    posed = posed.reshape(-1, 4, 3)
+    return posed[:, 0], (posed[:, 1:] - posed[:, :1]).transpose(0, 2, 1)

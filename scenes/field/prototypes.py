@@ -1,0 +1,303 @@
+"""Prototypes whose leaf appearances shine as what they hide does in a world's light.
+
+Prototypes of one species that look the same but for their size are fitted once, and all of a
+species together: one table of tones stands for them (``scenes.sticks.appearance.tone``).
+
+Prototypes of a species compiled into tables, and the parts and sticks of its posed instances.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from lod.arrays import ArrayData, FloatArray, Ints, Points
+from lod.motion import motion_steps
+from lod.pruner import BlendWeights, Cut, Parts
+from lod.shapes import Appearance, Sticks, SticksAndTriangles
+from lod.view import View
+from scenes.field.emission import emit, emit_meshes
+from scenes.field.part_tables import PartTables
+from scenes.field.traversal import DisplayedRows, TraversalTables, node_limits, traverse
+from scenes.processes.content_key import content_key
+from scenes.rig.pose import pose_points
+from scenes.rig.pose_tables import Instances, PoseTables
+from scenes.rig.rigged_prototype import RiggedPrototype, rigged
+from scenes.rig.speed_bound import speed_bound
+from scenes.sticks.appearance.tone import Illumination, fit_tone
+from scenes.sticks.prototype import Prototype
+
+
+@lru_cache(maxsize=32)
+def lit_part_tables(
+    prototypes: tuple[Prototype | RiggedPrototype, ...], illumination: Illumination
+) -> PartTables:
+    """Lay prototypes end to end, with the tones of their leaf appearances in that light.
+
+    Those without shapes that look otherwise from elsewhere stay as they are.
+    """
+    kinds = {_look(each): each for each in prototypes}
+    objects = [each for each in kinds.values() if len(each.view_dependence.area_share)]
+    if objects:
+        at_rest = [each.posed() if isinstance(each, RiggedPrototype) else each for each in objects]
+        tone = fit_tone(at_rest, illumination)
+        prototypes = tuple(_toned(each, tone) for each in prototypes)
+    return PartTables.of(tuple(map(rigged, prototypes)))
+
+
+def _look(prototype: Prototype | RiggedPrototype) -> str:
+    """Name what prototypes that differ by their size alone have in common."""
+    views = prototype.view_dependence
+    return content_key(views.table_row, views.area_share)
+
+
+def _toned(prototype: Prototype | RiggedPrototype, tone: np.ndarray) -> Prototype | RiggedPrototype:
+    levels = len(prototype.view_dependence.area_share)
+    views = replace(prototype.view_dependence, tone=tone[:levels])
+    return replace(prototype, view_dependence=views)
+
+
+@dataclass(frozen=True, eq=False)
+class InstancesInView(ArrayData):
+    """Instances examined in a frame: pose, identity and image motion.
+
+    instances    place, heading, prototype and phase of each, n rows
+    samples      whatever identifies them, n rows
+    motion_step  (n,) how much motion hides of each, on the scale of lod.motion
+    """
+
+    instances: Instances
+    samples: Any
+    motion_step: FloatArray
+
+    def __len__(self) -> int:
+        return len(self.instances)
+
+    @property
+    def max_step(self) -> float:
+        """Return the greatest motion step of any of them."""
+        return float(self.motion_step.max(initial=0.0))
+
+
+@dataclass(frozen=True, eq=False)
+class SpeciesPrototypes:
+    """The prototypes of a species, with all tables that pruning and posing read."""
+
+    prototypes: tuple[Prototype | RiggedPrototype, ...]
+
+    @cached_property
+    def rigged(self) -> tuple[RiggedPrototype, ...]:
+        """Return every prototype as something that can be posed, if only in one way."""
+        return tuple(map(rigged, self.prototypes))
+
+    @cached_property
+    def part_tables(self) -> PartTables:
+        """Return all parts and sticks in one set of arrays."""
+        return PartTables.of(self.rigged)
+
+    @cached_property
+    def pose_tables(self) -> PoseTables:
+        """Return all rigs and motions."""
+        return PoseTables.of(self.rigged)
+
+    @cached_property
+    def traversal_tables(self) -> TraversalTables:
+        """Return all parts in the order of the compiled traversal."""
+        return TraversalTables.of(self.part_tables, np.array([_max_sway(p) for p in self.rigged]))
+
+    @cached_property
+    def foot_parts(self) -> np.ndarray:
+        """Tell whether each part of the part tables rides on an ankle, or below it, (m,)."""
+        return np.concatenate([_foot_parts(prototype) for prototype in self.rigged])
+
+    @cached_property
+    def max_offset_m(self) -> float:
+        """Bound how far in plan the origin of a whole is from where its object stands [m]."""
+        rest = self.part_tables.rest[self.part_tables.root]
+        return float(np.hypot(rest[:, 0], rest[:, 1]).max()) + self.max_sway_m
+
+    @cached_property
+    def max_sway_m(self) -> float:
+        """Bound how far the origin of any whole moves from where it rests [m]."""
+        return max(_max_sway(prototype) for prototype in self.rigged)
+
+    @cached_property
+    def root_heights(self) -> tuple[float, float]:
+        """Find the lowest and highest origins of wholes above the ground, as they rest [m]."""
+        z = self.part_tables.rest[self.part_tables.root, 2]
+        return float(z.min()), float(z.max())
+
+    @cached_property
+    def moves(self) -> bool:
+        """Tell whether any of them has a motion, and does not just stand."""
+        return any(len(prototype.motion.rotations) > 1 for prototype in self.rigged)
+
+    @cached_property
+    def max_speed(self) -> np.ndarray:
+        """Bound on the speed of anything of each prototype by its own motion, (v,) [m/s]."""
+        return np.array([speed_bound(prototype) for prototype in self.rigged])
+
+    def cut(self, objects: InstancesInView, view: View, examined: int) -> Cut:
+        """Find what is displayed of these objects, by the compiled traversal.
+
+        examined: objects that were tested, of which these are left.
+        """
+        nodes, tables = self.traversal_tables, self.part_tables
+        limits = node_limits(nodes, tables, view, objects.max_step)
+        steps = objects.motion_step
+        rows = traverse(self.pose_tables, nodes, limits, objects.instances, steps, view)
+        return Cut(
+            rows.object,
+            rows.part,
+            tables.level.astype(np.int16)[rows.part],
+            rows.parent,
+            examined,
+            examined - len(objects) + rows.examined,
+            lambda: self._displayed_parts(objects, rows, view),
+        )
+
+    def wholes(self, objects: InstancesInView, view: View) -> Parts:
+        """Return the wholes of these objects."""
+        rows = np.arange(len(objects))
+        part = self.part_tables.root[objects.instances.prototype]
+        return self.parts(objects, rows, part, np.full(len(rows), -1), view)
+
+    def parts_of(self, parts: Parts, view: View) -> Parts:
+        """Return the parts that ``parts`` own directly."""
+        parent, part = self.part_tables.parts_of(parts.part)
+        return self.parts(parts.state, parts.object[parent], part, parent, view)
+
+    def parts(
+        self, objects: InstancesInView, rows: Ints, part: Ints, parent: Ints, view: View
+    ) -> Parts:
+        """Make a batch of parts from rows of their objects, of the tables and of parents, (k,)."""
+        tables = self.part_tables
+        position = self._positions(objects.instances, rows, part)
+        limits = tables.limits_by_motion(view, objects.max_step)
+        inside, outside = _limits_at(limits, part, objects.motion_step[rows])
+        return Parts(
+            position=position,
+            centre=position,
+            bound=tables.bound[part],
+            limit=inside,
+            limit_offscreen=outside,
+            level=tables.level[part],
+            object=rows,
+            part=part,
+            parent=parent,
+            share=tables.share[part],
+            state=objects,
+        )
+
+    def appearance(
+        self, parts: Parts, weights: BlendWeights, illumination: Illumination | None = None
+    ) -> Appearance:
+        """Return the sticks and meshes of displayed parts, as much of both appearances as they
+        show.
+        """
+        sticks = self.sticks(parts, weights, illumination)
+        if self.part_tables.meshes is None:
+            return sticks
+        tables, instances = (self.pose_tables, self.part_tables), parts.state.instances
+        triangles = emit_meshes(*tables, instances, parts.object, parts.part, weights.leaf)
+        return SticksAndTriangles(sticks, triangles)
+
+    def sticks(
+        self, parts: Parts, weights: BlendWeights, illumination: Illumination | None = None
+    ) -> Sticks:
+        """Return the sticks of displayed parts; those that are shown as meshes have none.
+
+        Parts of one object stand together, so that every joint is posed once. Leaf appearances
+        have the tone that they need in that light; without one they have their own albedo.
+        """
+        tables = self.part_tables
+        if illumination is not None:
+            tables = lit_part_tables(self.prototypes, illumination)
+        displayed = tables.sticks_of(parts.part, weights)
+        instances = parts.state.instances
+        return emit(self.pose_tables, tables, instances, parts.object, displayed)
+
+    def root_positions(self, instances: Instances) -> Points:
+        """Return the origins of the wholes, (n, 3) [m]."""
+        rows = np.arange(len(instances))
+        return self._positions(instances, rows, self.part_tables.root[instances.prototype])
+
+    def _positions(self, instances: Instances, rows: Ints, part: Ints) -> Points:
+        origin, joint = self.part_tables.origin, self.part_tables.joint
+        return pose_points(self.pose_tables, instances, rows, part, origin, joint)
+
+    def _displayed_parts(self, objects: InstancesInView, rows: DisplayedRows, view: View) -> Parts:
+        object_, part, parent = (a.astype(np.int64) for a in rows[:3])
+        return self.parts(objects, object_, part, parent, view)
+
+
+@lru_cache(maxsize=64)
+def species_prototypes(prototypes: tuple[Prototype | RiggedPrototype, ...]) -> SpeciesPrototypes:
+    """Return the tables of these very prototypes, made once."""
+    return SpeciesPrototypes(prototypes)
+
+
+def shutter_times(view: View) -> tuple[float, ...]:
+    """Times at which objects are placed for a view [s]: its own; and, where their image motion
+    matters, when the shutter opens and when it closes."""
+    shutter = view.shutter
+    if shutter is None or not view.metric.finite:
+        return (view.time_s,)
+    return view.time_s, shutter.open_s, shutter.close_s
+
+
+def instances_in_view(
+    prototypes: SpeciesPrototypes, samples: Any, view: View, placed: Sequence[Instances]
+) -> InstancesInView:
+    """Return the objects as a view has them, and how much motion hides of each.
+
+    samples: whatever identifies them; placed: how they stand at each of ``shutter_times``
+    """
+    instances = placed[0]
+    if len(placed) == 1 or view.shutter is None:
+        return InstancesInView(instances, samples, np.zeros(len(instances)))
+    _, opens, closes = placed
+    start, end = (prototypes.root_positions(each) for each in (opens, closes))
+    bound = prototypes.part_tables.bound[prototypes.part_tables.root][instances.prototype]
+    turn = np.sqrt((closes.cos - opens.cos) ** 2 + (closes.sin - opens.sin) ** 2)
+    # The origin of the whole may swing one way and something of it the other.
+    own = 2 * prototypes.max_speed[instances.prototype] * view.shutter.duration_s + turn * bound
+    corner = view.camera.corner
+    steps = motion_steps(view.shutter, corner, view.theta, start, end, bound, own)
+    return InstancesInView(instances, samples, steps)
+
+
+@njit(cache=True)
+def _limits_at(limits, part, motion_step):  # type: ignore[no-untyped-def]
+    """Limits of parts (n,), in view and out of it, (2, n) [m], as the traversal interpolates them.
+
+    limits (steps, m, 2) at whole steps of motion; motion_step (n,) of each part's object
+    """
+    found = np.empty((2, len(part)))
+    for i in range(len(part)):
+        step = int(motion_step[i])
+        share = motion_step[i] - step
+        for side in range(2):
+            found[side, i] = limits[step, part[i], side]
+            if share > 0:
+                found[side, i] += share * (limits[step + 1, part[i], side] - found[side, i])
+    return found
+
+
+def _foot_parts(prototype: RiggedPrototype) -> np.ndarray:
+    """Whether each part of a prototype rides on an ankle, or below it, (n,)."""
+    under = np.zeros(len(prototype.rig) + 1, bool)
+    under[prototype.motion.feet.legs[:, 2] + 1] = True
+    for row, parent in enumerate(prototype.rig.parent):
+        under[row + 1] |= under[parent + 1]
+    return under[prototype.joint + 1]
+
+
+def _max_sway(prototype: RiggedPrototype) -> float:
+    """More than the origin of the whole moves from where it rests: what bounds it all [m]."""
+    motion = prototype.motion
+    moves = len(motion.rotations) > 1 or len(motion.feet) > 0
+    return float(prototype.hierarchy.B[0]) if moves else 0.0

@@ -1,0 +1,247 @@
+"""What other packages bring: listed, counted by, checked; and a broken one costs one line."""
+
+import importlib
+import json
+import os
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bench.cli.main import main
+from bench.conformance import FORMULA, broken_plugin_rules, rabbits
+from bench.experiments.registry import EXPERIMENTS
+from bench.experiments.scaling import measure as scaling
+from bench.fields import cases as scaling_cases
+from bench.fields.cases import metric_cases
+from bench.records.provenance import provenance
+from bench.runner.journal import sources
+from lod.errors import InputError
+from lod.metric import METRICS, Metric
+from lod.pruner import prune
+from scenes.plugins import entry_points as plugins
+from scenes.plugins.representation import plugin_by_name
+from scenes.preset.load import load_preset
+from scenes.render.mitsuba.variants import choose, trusting
+
+PLACE = Path(__file__).parents[1] / "plugin"
+ROOT = PLACE.parents[1]
+SMALL = ("--size", "64x36", "-D", 'species={one={model="rabbit", density=0.3}}')
+HALFWAY = ("--metric", "halfway")
+RAIL = ("-D", 'representations.rail={kind="fence", options={posts=9}}')
+
+
+@pytest.fixture
+def package(monkeypatch):
+    """The example package, as if it were installed; gone again afterwards."""
+    caches = plugins.installed, plugins.metric_by_name, sources
+    monkeypatch.syspath_prepend(str(PLACE))
+    importlib.invalidate_caches()
+    for each in caches:
+        each.cache_clear()
+    yield
+    for each in caches:
+        each.cache_clear()
+
+
+def said(capfd, *arguments):
+    with pytest.raises(SystemExit) as left:
+        main(arguments)
+    return left.value.code, *capfd.readouterr()
+
+
+def test_nothing_is_installed_here():
+    assert plugins.metric_names() == tuple(METRICS)
+    with pytest.raises(InputError, match="blke"):
+        plugins.metric_by_name("blke")
+
+
+@pytest.mark.usefixtures("package")
+def test_the_list_shows_them_and_what_is_wrong_with_the_broken_ones(capfd):
+    code, out, _ = said(capfd, "list", "--json")
+    found = json.loads(out)
+    assert code == 0
+    assert "from lodbench-example 1.0" in found["metrics"]["halfway"]
+    assert "from lodbench-example 1.0" in found["representations"]["fence"]
+    assert "No module named 'lodbench_nowhere'" in found["metrics"]["missing"]
+    assert "nan" in found["metrics"]["often_nan"]
+    assert found["metrics"]["blake"] == METRICS["blake"].about  # nobody takes a name of ours
+
+
+@pytest.mark.usefixtures("package")
+def test_a_frame_is_counted_by_a_metric_of_theirs_and_held_against_its_law(capfd):
+    flat = "-D", "terrain.amplitude=0", "-D", "terrain.reach=64", "-D", "camera.position=[0, -6]"
+    code, out, err = said(capfd, "count", "meadow", *SMALL, *RAIL, *flat, "--json", *HALFWAY)
+    assert code == 0, err
+    found = json.loads(out)
+    parts = found["parts"]
+    assert parts["displayed"] > 20
+    assert abs(parts["displayed"] - parts["predicted"]) < 4 * parts["predicted_sd"]
+    rail = found["others"]["rail"]
+    assert rail["objects"]["displayed"] == 1
+    assert 1 < rail["parts"]["displayed"] <= 10
+    assert rail["parts"]["predicted"] is None
+
+
+@pytest.mark.usefixtures("package")
+@pytest.mark.parametrize(
+    ("flags", "says"),
+    [
+        (("--metric", "missing"), "--metric: 'missing': can be imported"),
+        (("--metric", "often_nan"), "limits are distances"),
+        (("--metric", "misnamed"), "is called as its entry point is"),
+        (("-D", 'representations.x={kind="fenc"}'), "one that is installed: fence"),
+        (("-D", 'representations.x={kind="no_offer"}'), "not type"),
+        (("-D", 'representations.x={kind="fence", options={post=1}}'), "unexpected keyword"),
+        (("-D", "representations.x={}"), "representations.x.kind"),
+    ],
+)
+def test_a_broken_one_costs_a_clear_line(capfd, flags, says):
+    code, out, err = said(capfd, "count", "meadow", *SMALL, *flags)
+    assert (code, out) == (2, "")
+    assert says in err
+    assert len(err.splitlines()) == 1
+
+
+@pytest.mark.usefixtures("package")
+def test_theirs_keep_the_rules_of_ours(capfd):
+    code, out, _ = said(capfd, "check", "halfway", "fence", "--json")
+    assert code == 0
+    assert [json.loads(line)["broken"] for line in out.splitlines()] == [{}, {}]
+
+
+@pytest.mark.usefixtures("package")
+def test_check_notices_and_names_what_is_broken(capfd):
+    code, out, err = said(capfd, "check", "sloppy", "missing")
+    assert code == 1
+    assert "another limit when asked alone" in out
+    assert "No module named" in out
+    assert "sloppy, missing" in err
+
+
+def test_check_refuses_what_is_not_there(capfd):
+    assert said(capfd, "check", "halfway")[0] == 2
+    code, _, err = said(capfd, "check")
+    assert (code, len(err.splitlines())) == (2, 1)
+
+
+@pytest.mark.usefixtures("package")
+def test_experiments_that_try_metrics_try_theirs_beside_ours(tmp_path, capfd, monkeypatch):
+    even = scaling_cases.cases()
+    some = [case for case in metric_cases("halfway") if case.sweep == "detail"][:3]
+    fast = replace(
+        EXPERIMENTS["scaling"],
+        cases=lambda effort, metric: scaling.sampled_cases((*even[:3], *some), effort),
+        quick={"target": 0.2, "least": 2, "most": 4},
+    )
+    monkeypatch.setitem(EXPERIMENTS, "scaling", fast)
+    code, out, err = said(
+        capfd, "run", "scaling", "--quick", *HALFWAY, "-o", str(tmp_path), "--json"
+    )
+    assert code == 0, err
+    names = {claim["name"] for claim in json.loads(out)["claims"]}
+    assert {"halfway/figure/objects/ratio", "blake/figure/objects/ratio"} <= names
+    for wrong, says in (
+        (
+            ("run", "scaling", "cost", *HALFWAY),
+            "experiments that try metrics: scaling, figure, fidelity, pixels",
+        ),
+        (("run", "scaling", "--metric", "blake"), "ours are tried anyhow"),
+        (("run", "scaling", "--metric", "missing"), "No module named"),
+    ):
+        code, _, err = said(capfd, *wrong, "-o", str(tmp_path))
+        assert code == 2 and says in err
+
+
+WRONG = {
+    "answers_with_distances": lambda P, R, m: P / m - R,
+    "knows_one_part_at_a_time": lambda P, R, m: P * R.mean() / m,
+    "finer_detail_takes_nothing_away": lambda P, R, m: P * m + R,
+}
+
+
+@pytest.mark.parametrize("rule", FORMULA, ids=lambda rule: rule.__name__)
+def test_every_rule_of_a_formula_notices(rule):
+    assert list(rule(METRICS["blake"])) == []
+    assert list(rule(Metric("wrong", WRONG[rule.__name__], "wrong")))
+
+
+def test_the_field_that_tries_metrics_shows_some_parts_and_not_all():
+    subject = rabbits("blake")
+    shown, all_parts = (len(prune(subject.make(), subject.view(m))) for m in ("blake", "full"))
+    assert 30 < shown < 0.9 * all_parts
+
+
+@pytest.mark.usefixtures("package")
+def test_something_above_its_top_is_noticed(monkeypatch):
+    monkeypatch.setattr(type(plugin_by_name("fence").make("f", 0, None)), "top_m", 0.1)
+    assert broken_plugin_rules("fence")["under_its_top"]
+
+
+@pytest.mark.usefixtures("package")
+def test_records_and_journals_know_who_was_there():
+    assert provenance("", 0).packages["lodbench-example"] == "1.0"
+    with_it = sources()
+    plugins.installed.cache_clear()
+    sources.cache_clear()
+    sys.path.remove(str(PLACE))
+    importlib.invalidate_caches()
+    assert sources() != with_it
+
+
+@pytest.mark.slow
+def test_a_frame_is_rendered_with_theirs(tmp_path):
+    variant = choose("scalar_rgb")
+    paths = os.pathsep.join([str(ROOT), str(PLACE)])
+    program, out = (
+        (sys.executable, "-P", "-m", "bench.cli.main"),
+        ("-o", "f.####.exr", "--spp", "1"),
+    )
+    done = subprocess.run(
+        [*program, "render", "meadow", *SMALL, *RAIL, *HALFWAY, *out, "--variant", variant],
+        env={**trusting(variant), "PYTHONPATH": paths},
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "f.0001.exr").exists()
+
+
+def test_a_preset_without_them_says_nothing_of_them():
+    assert load_preset("meadow").representations == {}
+    assert np.isfinite(METRICS["blake"].limit(np.ones(1), np.ones(1), 1.0)).all()
+
+
+STROLLERS = """
+[terrain]
+amplitude = 0
+[acting]
+frames = 25
+[actors.joe]
+model = "figure"
+position = [0, 4]
+heading = 90
+behaviour = "{name}"
+options = {{ speed = 0.1 }}
+"""
+
+
+@pytest.mark.usefixtures("package")
+def test_a_behaviour_of_another_package_moves_an_actor(capfd, tmp_path):
+    """At 0.1 m/s it is 0.1 m to the east a second later."""
+    for name in ("stroll", "no_function"):
+        (tmp_path / f"{name}.toml").write_text(STROLLERS.format(name=name))
+    words = "joe course", "--frame", "25", "--json"
+    code, out, err = said(capfd, "ask", str(tmp_path / "stroll.toml"), *words)
+    assert code == 0, err
+    assert json.loads(out)["answer"]["x"] == pytest.approx(0.1, abs=0.01)
+    code, out, err = said(capfd, "list")
+    assert "stroll" in out + err
+    code, _, err = said(capfd, "ask", str(tmp_path / "no_function.toml"), *words)
+    assert code == 2
+    assert err.count("\n") == 1 and "no_function" in err

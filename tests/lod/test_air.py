@@ -1,0 +1,242 @@
+"""Closed forms and constants, against the package they were taken from."""
+
+import math
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from colour import MSDS_CMFS, RGB_COLOURSPACES, SDS_ILLUMINANTS, SpectralShape
+from colour.contrast import (
+    contrast_sensitivity_function_Barten1999,
+    pupil_diameter_Barten1999,
+    retinal_illuminance_Barten1999,
+    sigma_Barten1999,
+)
+from colour.phenomena import scattering_cross_section
+from colour.phenomena.rayleigh import molecular_density
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.integrate import quad
+
+from lod.air import (
+    CLEAR,
+    Air,
+    Mist,
+    angstrom_exponent,
+    base_equivalent_length,
+    extinction,
+    extinction_from_visibility,
+    haze_extinction,
+    least_extinction,
+    mean_relative_extinction,
+    mist_base_extinction,
+    optical_depth,
+    rayleigh_extinction,
+    rgb_extinction,
+    rgb_wavelengths,
+    visibility_from_extinction,
+)
+from lod.errors import InputError
+from lod.eye import contrast_sensitivity, optics_sigma, pupil_diameter, retinal_illuminance
+
+GREEN = np.array([550.0])
+VISIBILITY = st.floats(math.log(50), math.log(3e5)).map(math.exp)
+HEIGHT = st.floats(-500, 3000)
+MIST = st.builds(Mist, VISIBILITY, st.floats(-200, 500), st.floats(1, 500))
+
+
+@pytest.mark.parametrize(("V", "beta"), [(1000, 3.912023e-3), (20000, 1.9560115e-4)])
+def test_koschmieder_by_hand(V, beta):
+    """ln 50 = 3.912023: two percent, not the five of the WMO (2.995732)."""
+    assert extinction_from_visibility(V) == pytest.approx(beta, rel=1e-7)
+    assert visibility_from_extinction(beta) == pytest.approx(V, rel=1e-7)
+
+
+@given(V=VISIBILITY)
+def test_two_percent_of_contrast_is_left_at_the_visibility(V):
+    assert math.exp(-haze_extinction(Air(V), GREEN)[0] * V) == pytest.approx(0.02)
+
+
+def test_pure_air_scatters_as_published():
+    """Bodhaine et al. (1999), table 3: 4.513e-27 cm² at 0.55 µm; 2.5469e19 molecules/cm³."""
+    assert rayleigh_extinction(GREEN)[0] == pytest.approx(4.513e-27 * 2.5469e19 * 100, rel=2e-3)
+    blue, red = rayleigh_extinction(np.array([450.0, 650.0]))
+    assert blue / red == pytest.approx((650 / 450) ** 4.08, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("km", "q"), [(0.2, 0), (0.5, 0), (0.75, 0.25), (1, 0.5), (6, 1.3), (50, 1.3), (90, 1.6)]
+)
+def test_exponent_of_kim(km, q):
+    assert angstrom_exponent(1000.0 * km) == pytest.approx(q)
+
+
+def test_exponent_is_continuous_and_never_falls():
+    q = np.array([angstrom_exponent(V) for V in np.geomspace(50, 3e5, 4000)])
+    assert (np.diff(q) >= 0).all()
+    assert np.diff(q).max() < 0.02
+
+
+@given(V=st.floats(2000, 3e5))
+def test_blue_is_lost_before_red_in_clean_air(V):
+    red, green, blue = rgb_extinction(Air(V))
+    assert red < green < blue
+
+
+@given(V=st.floats(50, 499))
+def test_fog_is_grey(V):
+    red, _, blue = rgb_extinction(Air(V))
+    assert blue / red == pytest.approx(1, abs=6e-3)  # what is left is Rayleigh's
+
+
+def test_the_bands_of_rgb_stand_in_colour_order():
+    assert rgb_wavelengths() == pytest.approx([642.4, 543.0, 440.9], abs=0.1)
+    assert not rgb_wavelengths().flags.writeable
+
+
+def test_any_number_of_bands():
+    bands = np.linspace(400, 700, 31)
+    beta = haze_extinction(Air(10e3), bands)
+    assert beta.shape == (31,)
+    assert (np.diff(beta) < 0).all()
+
+
+def test_clear_air_takes_nothing():
+    assert rgb_extinction(CLEAR).tolist() == [0, 0, 0]
+    assert least_extinction(CLEAR) == 0
+    path = np.array([1e12])
+    assert optical_depth(CLEAR, path, path, path, GREEN).tolist() == [[0.0]]
+
+
+@given(
+    haze=st.none() | VISIBILITY,
+    mist=MIST,
+    start=HEIGHT,
+    end=HEIGHT,
+    length=st.floats(0.1, 1e5),
+)
+def test_depth_of_a_path_against_quadrature(haze, mist, start, end, length):
+    air = Air(haze, mist)
+
+    def beta(share):
+        height = np.array([start + share * (end - start)])
+        return extinction(air, height, GREEN)[0, 0]
+
+    # Told where the path crosses the base: there the integrand has a corner.
+    crossing = (mist.base_m - start) / (end - start) if end != start else 0.5
+    points = [crossing] if 0 < crossing < 1 else None
+    expected = length * quad(beta, 0, 1, points=points, limit=200, epsabs=0, epsrel=1e-10)[0]
+    got = optical_depth(air, np.array([start]), np.array([end]), np.array([length]), GREEN)
+    assert got[0, 0] == pytest.approx(expected, rel=1e-7)
+
+
+def test_depth_of_a_path_by_hand():
+    """Over one H straight up β₀·H·(1 − 1/e); level, 40 m up; from 100 m below to the base β₀·L."""
+    mist = Mist(100.0, 10.0, 50.0)
+    beta = math.log(50) / 100
+    start, end, length = np.array([[10, 60, 50], [10, 10, 50], [-90, 10, 100]], float).T
+    got = optical_depth(Air(None, mist), start, end, length, GREEN)[:, 0]
+    assert got == pytest.approx([beta * 50 * (1 - math.exp(-1)), beta * 50, beta * 100])
+
+
+@given(haze=st.none() | VISIBILITY, mist=MIST, start=HEIGHT, end=HEIGHT, top=st.floats(0, 500))
+def test_no_path_is_clearer_than_the_least_extinction(haze, mist, start, end, top):
+    air, bands = Air(haze, mist), rgb_wavelengths()
+    ends = (np.array([start]), np.array([end]), np.ones(1))
+    depth = optical_depth(air, *ends, bands)
+    assert (depth >= least_extinction(air, max(start, end) + top) * (1 - 1e-12)).all()
+
+
+def test_least_extinction_is_that_of_red_and_of_the_top():
+    air = Air(20e3, Mist(100.0, 0.0, 50.0))
+    assert least_extinction(air) == rgb_extinction(air)[0]
+    assert least_extinction(air, 100.0, GREEN) == pytest.approx(
+        math.log(50) / 20e3 + math.log(50) / 100 * math.exp(-2)
+    )
+    assert mist_base_extinction(air.mist, GREEN)[0] == pytest.approx(math.log(50) / 100)
+
+
+@pytest.mark.parametrize("V", [0.0, -1.0, 0.5, math.inf, math.nan, 4e5])
+def test_bad_visibility_is_refused(V):
+    with pytest.raises(InputError, match="visibility"):
+        Air(V)
+
+
+@pytest.mark.parametrize("beta", [-1e-9, math.inf, math.nan])
+def test_bad_extinction_is_refused(beta):
+    with pytest.raises(InputError, match="extinction"):
+        visibility_from_extinction(beta)
+
+
+@pytest.mark.parametrize(
+    "mist", [(0.0, 0.0, 1.0), (1e3, math.nan, 1.0), (1e3, 0.0, 0.0), (1e3, 0.0, math.inf)]
+)
+def test_bad_mist_is_refused(mist):
+    with pytest.raises(InputError):
+        Mist(*mist)
+
+
+@pytest.mark.parametrize("wavelength", [0.55, 5500.0, math.nan])
+def test_wavelengths_are_in_nanometres(wavelength):
+    with pytest.raises(InputError, match="wavelength"):
+        haze_extinction(Air(1e4), np.array([wavelength]))
+
+
+def test_a_height_that_is_no_number_is_refused():
+    with pytest.raises(InputError, match="height"):
+        least_extinction(CLEAR, math.nan)
+
+
+@given(mist=MIST, start=HEIGHT, rise=st.floats(0.01, 1.0))
+def test_a_path_without_end_is_the_limit_of_long_ones(mist, start, rise):
+    top = max(mist.base_m, start) + 60 * mist.scale_m
+    length = np.array([(top - start) / rise])
+    long = mean_relative_extinction(mist, np.array([start]), np.array([top])) * length
+    beyond = base_equivalent_length(mist, np.array([start]), np.array([rise]))
+    assert beyond[0] == pytest.approx(long[0], rel=1e-9)
+
+
+def test_the_three_wavelengths_are_the_centroids_of_the_channels():
+    shape = SpectralShape(390, 730, 5)
+    matching = MSDS_CMFS["CIE 1931 2 Degree Standard Observer"].copy().align(shape)
+    white = SDS_ILLUMINANTS["D65"].copy().align(shape).values
+    to_rgb = RGB_COLOURSPACES["ITU-R BT.709"].matrix_XYZ_to_RGB
+    weight = (matching.values @ to_rgb.T) * white[:, None]
+    centroid = shape.wavelengths @ weight / weight.sum(axis=0)
+    np.testing.assert_allclose(rgb_wavelengths(), centroid, rtol=1e-13)
+
+
+def test_rayleigh_is_bodhaines():
+    nm = np.linspace(300, 1000, 141)
+    theirs = scattering_cross_section(nm * 1e-7) * molecular_density() * 100
+    np.testing.assert_allclose(rayleigh_extinction(nm), theirs, rtol=1e-14)
+
+
+@pytest.mark.parametrize("luminance, field", [(100.0, 53.0), (1.0, 10.0), (1e4, 120.0)])
+def test_the_eye_is_bartens(luminance, field):
+    pupil = pupil_diameter(luminance, field)
+    assert pupil == pytest.approx(pupil_diameter_Barten1999(luminance, field), rel=1e-14)
+    sigma = optics_sigma(0.5 / 60, 0.08 / 60, pupil)
+    assert sigma == pytest.approx(sigma_Barten1999(0.5 / 60, 0.08 / 60, pupil), rel=1e-14)
+    light = retinal_illuminance(luminance, pupil)
+    assert light == pytest.approx(retinal_illuminance_Barten1999(luminance, pupil), rel=1e-14)
+    u = np.geomspace(0.05, 60, 97)
+    theirs = contrast_sensitivity_function_Barten1999(
+        u, sigma=sigma, k=3.0, T=0.1, X_0=field, n=0.03, E=light
+    )
+    ours = contrast_sensitivity(u, sigma, 3.0, 0.1, field, 0.03, light)
+    np.testing.assert_allclose(ours, theirs, rtol=1e-12)
+
+
+def test_pruning_in_haze_before_an_eye_does_without_the_package():
+    program = (
+        "import sys\n"
+        "from scenes.preset.load import load_preset\n"
+        "from scenes.world.view import view_at\n"
+        "from scenes.world.world import build_world\n"
+        "preset = load_preset('meadow', ['display.luminance=50', 'species={}'])\n"
+        "view_at(build_world(preset), preset, 1)\n"
+        "sys.exit('colour' in sys.modules)\n"
+    )
+    assert subprocess.run([sys.executable, "-c", program], check=False).returncode == 0

@@ -1,0 +1,190 @@
+"""."""
+
+import math
+
+import numpy as np
+import pytest
+from colour.contrast import (
+    contrast_sensitivity_function_Barten1999,
+    optical_MTF_Barten1999,
+    pupil_diameter_Barten1999,
+    retinal_illuminance_Barten1999,
+    sigma_Barten1999,
+)
+from hypothesis import given
+from hypothesis import strategies as st
+
+from lod.errors import InputError
+from lod.eye import (
+    CONTRAST_CLASSES,
+    SQUARE_WAVE_GAIN,
+    Display,
+    Eye,
+    contrast_class,
+    envelope,
+    inherent_contrast,
+    optical_sigma,
+    sensitivity,
+)
+
+DISPLAYS = st.builds(Display, st.floats(20, 120), st.floats(0.1, 1000), st.floats(5, 100))
+EYES = st.builds(Eye, st.floats(0.2, 2), st.floats(0, 0.2), st.floats(1, 6))
+
+
+def barten(display, eye, frequency):
+    pupil = pupil_diameter_Barten1999(display.luminance, display.field_deg)
+    return contrast_sensitivity_function_Barten1999(
+        frequency,
+        sigma_Barten1999(eye.blur_arcmin / 60, eye.aberration_arcmin / 60, pupil),
+        k=eye.signal_to_noise,
+        T=eye.integration_s,
+        X_0=display.field_deg,
+        n=eye.efficiency,
+        E=retinal_illuminance_Barten1999(display.luminance, pupil),
+    )
+
+
+@given(display=DISPLAYS, eye=EYES)
+def test_past_the_peak_it_is_bartens_curve(display, eye):
+    table = sensitivity(display, eye)
+    peak = table.frequency[table.value.argmax()]
+    f = np.geomspace(1.02 * peak, 0.98 * table.frequency[-1], 300)
+    seen = np.exp(np.interp(np.log(f), np.log(table.frequency), np.log(envelope(table.value))))
+    assert seen == pytest.approx(SQUARE_WAVE_GAIN * barten(display, eye, f), rel=1e-3)
+
+
+@given(display=DISPLAYS, eye=EYES)
+def test_envelope_never_rises_and_keeps_the_peak(display, eye):
+    table = sensitivity(display, eye)
+    seen = envelope(table.value)
+    assert (np.diff(seen) <= 0).all()
+    assert seen[0] == pytest.approx(table.value.max())
+    assert (envelope(table.value) >= table.value).all()
+    assert (table.value[0] < table.value.max()).all()  # band-pass: there is something to fill
+
+
+def test_envelope_by_hand():
+    assert envelope(np.array([1.0, 3, 2, 2.5, 0])).tolist() == [3, 3, 2.5, 2.5, 0]
+
+
+def test_standard_observer_sees_a_tenth_of_a_percent_at_best():
+    """Barten (1999) at 100 cd/m²: best near 2.5 cycles/degree, a sensitivity of several hundred."""
+    table = sensitivity(Display(), Eye())
+    assert 2 < table.frequency[table.value.argmax()] < 4
+    assert 600 < table.value.max() / SQUARE_WAVE_GAIN < 850
+    assert 40 < table.frequency[np.flatnonzero(table.value > 1)[-1]] < 65
+
+
+@given(display=DISPLAYS, eye=EYES)
+def test_no_contrast_survives_the_end_of_the_table(display, eye):
+    table = sensitivity(display, eye)
+    assert table.value[-1] < 0.01
+    faded = optical_MTF_Barten1999(table.frequency[-1], optical_sigma(display, eye))
+    assert faded == pytest.approx(1e-6)
+
+
+@given(eye=EYES, dim=st.floats(0.1, 500))
+def test_more_light_shows_more(eye, dim):
+    dark, bright = (sensitivity(Display(luminance=L), eye).value.max() for L in (dim, 2 * dim))
+    assert bright > dark
+
+
+def test_bars_are_seen_better_than_a_sinusoid():
+    """The first Fourier term of a square wave between −1 and 1."""
+    x = (np.arange(4096) + 0.5) / 4096
+    square = np.sign(np.sin(2 * np.pi * x))
+    assert 2 * np.mean(square * np.sin(2 * np.pi * x)) == pytest.approx(SQUARE_WAVE_GAIN, rel=1e-6)
+
+
+def test_one_table_per_display():
+    assert sensitivity(Display(), Eye()) is sensitivity(Display(), Eye())
+    assert not sensitivity(Display(), Eye()).value.flags.writeable
+
+
+def test_pixel_of_the_display():
+    assert math.degrees(Display(60).pixel_angle) * 60 == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("bad", [0.0, -1.0, math.inf, math.nan])
+@pytest.mark.parametrize("name", ["pixels_per_degree", "luminance", "field_deg"])
+def test_bad_display_is_refused(name, bad):
+    with pytest.raises(InputError, match="display"):
+        Display(**{name: bad})
+
+
+@pytest.mark.parametrize(
+    ("name", "bad"),
+    [
+        ("blur_arcmin", 0.0),
+        ("aberration_arcmin", -0.1),
+        ("signal_to_noise", math.nan),
+        ("integration_s", math.inf),
+        ("efficiency", 1.5),
+        ("efficiency", 0.0),
+    ],
+)
+def test_bad_eye_is_refused(name, bad):
+    with pytest.raises(InputError, match="eye"):
+        Eye(**{name: bad})
+
+
+def test_a_display_wider_than_half_the_world_is_refused():
+    with pytest.raises(InputError, match="180"):
+        Display(field_deg=181.0)
+
+
+LUMINANCE = st.floats(0, 1e4)
+
+
+def one(*values):
+    return [np.array([float(v)]) for v in values]
+
+
+@pytest.mark.parametrize(
+    ("Y", "Y_b", "A", "contrast"),
+    [(1, 3, math.inf, 0.5), (3, 1, math.inf, 0.5), (0, 5, 9, 1.0), (7, 7, 1, 0), (6, 2, 1, 2.0)],
+)
+def test_inherent_contrast_by_hand(Y, Y_b, A, contrast):
+    assert inherent_contrast(*one(Y, Y_b, A)) == pytest.approx([contrast])
+
+
+@given(Y=LUMINANCE, Y_b=LUMINANCE, A=st.floats(1e-3, 1e4), depth=st.floats(0, 20))
+def test_no_air_leaves_more_than_the_inherent_contrast_says(Y, Y_b, A, depth):
+    T = math.exp(-depth)
+    part, ground = (x * T + A * (1 - T) for x in (Y, Y_b))
+    total = part + ground
+    modulation = abs(part - ground) / total if total else 0.0
+    assert modulation <= inherent_contrast(*one(Y, Y_b, A))[0] * T * (1 + 1e-9) + 1e-12
+
+
+@given(contrast=st.floats(0, 10))
+def test_classes_round_up(contrast):
+    row = int(contrast_class(np.array([contrast]))[0])
+    assert contrast <= CONTRAST_CLASSES[row]
+    assert row == 0 or contrast > CONTRAST_CLASSES[row - 1]
+
+
+def test_what_matches_its_surroundings_keeps_the_least_class():
+    nothing = inherent_contrast(np.zeros(1), np.zeros(1), np.zeros(1))
+    assert contrast_class(nothing).tolist() == [0]
+    assert contrast_class(inherent_contrast(*one(1, 0, 0))).tolist() == [len(CONTRAST_CLASSES) - 1]
+
+
+@pytest.mark.parametrize("bad", [(-1, 1, 1), (1, math.nan, 1), (math.inf, 1, 1), (1, 1, -1)])
+def test_bad_luminances_are_refused(bad):
+    with pytest.raises(InputError, match="luminance"):
+        inherent_contrast(*one(*bad))
+
+
+@pytest.mark.parametrize(
+    "classes", [(), (0.1, 1.0), (0.0, math.inf), (0.2, 0.1, math.inf), (0.1, 0.1, math.inf)]
+)
+def test_bad_classes_are_refused(classes):
+    with pytest.raises(InputError, match="classes"):
+        contrast_class(np.ones(1), classes)
+
+
+@pytest.mark.parametrize("bad", [-0.1, math.nan])
+def test_bad_contrasts_are_refused(bad):
+    with pytest.raises(InputError, match="contrast"):
+        contrast_class(np.array([bad]))

@@ -1,0 +1,65 @@
+"""What is foretold of a field is what pruning then displays, wherever the camera looks."""
+
+import pytest
+
+from lod.crossfade import blend_weights
+from lod.pruner import prune
+from scenes.field.forecast import forecast_field
+from scenes.preset.load import load_preset
+from scenes.world.view import view_at
+from scenes.world.world import build_world
+
+CASES = [
+    ("crowd", "view.detail=5"),
+    ("crowd", "view.shutter=180"),
+    ("zoo", "camera.pitch=-80"),
+    ("zoo", "camera.pitch=60"),
+    ("zoo", "view.metric=depth"),
+    ("zoo", "camera.fov=3", "view.detail=6"),
+    ("zoo", "camera.fov=170"),
+    ("zoo", "view.look_around=true"),
+    ("zoo", "world.extent=60"),
+    ("zoo", 'render.size="3000x1"'),
+    ("crowd", "camera.height=80", "camera.pitch=-14"),
+]
+
+
+@pytest.mark.parametrize("case", CASES, ids=" ".join)
+def test_parts_and_shapes_are_foretold_within_a_quarter(case):
+    preset, *settings = case
+    chosen = load_preset(preset, settings)
+    world = build_world(chosen)
+    view = view_at(world, chosen, 1)
+    told = [forecast_field(each, view) for each in world.fields]
+    cuts = [prune(each, view) for each in world.fields]
+    shapes = [
+        len(each.appearance(cut.parts, blend_weights(cut, view)))
+        for each, cut in zip(world.fields, cuts, strict=True)
+    ]
+    parts = sum(map(len, cuts))
+    assert parts > 500
+    assert sum(each.parts for each in told) == pytest.approx(parts, rel=0.25)
+    assert sum(each.sticks + each.triangles for each in told) == pytest.approx(sum(shapes), rel=0.3)
+
+
+def test_a_window_far_away_is_foretold_too():
+    far = ["world.extent=200", "camera.position=[600, 0]", "camera.heading=270"]
+    chosen = load_preset("zoo", far)
+    world = build_world(chosen)
+    view = view_at(world, chosen, 1)
+    told = sum(forecast_field(each, view).parts for each in world.fields)
+    parts = sum(len(prune(each, view)) for each in world.fields)
+    assert parts > 50
+    assert told == pytest.approx(parts, rel=0.35)
+
+
+def test_what_is_endless_costs_the_same_to_foretell():
+    """Counts of a detail that no memory could hold come from as few objects as any other's."""
+    chosen = load_preset("crowd", ["view.detail=1e-4", "air.visibility='clear'"])
+    world = build_world(chosen)
+    view = view_at(world, chosen, 1)
+    coarse = view_at(world, load_preset("crowd", ["air.visibility='clear'"]), 1)
+    fine, usual = (
+        sum(forecast_field(each, v).parts for each in world.fields) for v in (view, coarse)
+    )
+    assert fine / usual == pytest.approx(1e8, rel=0.5)  # by the law, (1/1e-4)²
