@@ -1,15 +1,9 @@
-"""How fast air takes contrast away, from its visibility: Koschmieder, Rayleigh and Ångström.
+"""The air of a frame: even haze, mist in the valleys, and what a path through them takes away.
 
 Extinction β is in 1/m, visibility V in m, wavelengths in nm. Visibility here is Koschmieder's: the
 distance at which a black target keeps 2 % of its contrast against the horizon sky (Koschmieder,
 1924; Middleton, "Vision through the Atmosphere", 1952). It is not the meteorological optical
 range of the WMO (Guide No. 8, ch. 9), which keeps 5 % and is 0.77 of it.
-
-The second layer of the air: mist that fills a valley and thins out upwards.
-
-Three wavelengths that stand for the three channels of linear Rec.709 (ITU-R BT.709).
-
-The air of a frame: even haze, mist in the valleys, and what a path through them takes away.
 
 The same β paints the haze and prunes the scene: the renderer uses ``haze_extinction`` and
 ``mist_extinction`` in its bands, the pruner ``least_extinction``.
@@ -26,6 +20,7 @@ from lod.arrays import Reals, frozen
 from lod.errors import InputError
 
 Bands = Float64[np.ndarray, " bands"]
+PathBands = Float64[np.ndarray, "n bands"]
 
 CONTRAST_THRESHOLD = 0.02
 """Contrast that is left at a distance of one visibility (Koschmieder, 1924)."""
@@ -35,13 +30,6 @@ REFERENCE_NM = 550.0
 
 _MOLECULES_PER_CM3 = (6.02214179e23 / 22.4141) * (273.15 / 288.15) * (1 / 1000)
 """Molecules of air at 288.15 K and 1013.25 hPa: Avogadro's number over the molar volume."""
-
-_CO2_PER_CENT = 300 * 1e-4
-
-_SHORTEST_NM, _LONGEST_NM = 300.0, 1000.0
-
-_VISIBILITY_KM = (0.5, 1.0, 6.0, 50.0, 60.0)
-_EXPONENT = (0.0, 0.5, 1.3, 1.3, 1.6)
 
 
 def extinction_from_visibility(visibility_m: float) -> float:
@@ -70,7 +58,8 @@ def angstrom_exponent(visibility_m: float) -> float:
     here it climbs from 50 to 60 km, so that q, like all of the air, is continuous in V.
     """
     extinction_from_visibility(visibility_m)
-    return float(np.interp(visibility_m / 1000, _VISIBILITY_KM, _EXPONENT))
+    known_km, exponents = (0.5, 1.0, 6.0, 50.0, 60.0), (0.0, 0.5, 1.3, 1.3, 1.6)
+    return float(np.interp(visibility_m / 1000, known_km, exponents))
 
 
 def rayleigh_extinction(wavelengths_nm: Bands) -> Bands:
@@ -79,66 +68,35 @@ def rayleigh_extinction(wavelengths_nm: Bands) -> Bands:
     The formula is that of Bodhaine, Wood, Dutton & Slusser (1999), at 288.15 K and 1013.25 hPa. Air
     scatters and hardly absorbs in the visible, so this is all of its extinction.
     """
-    _check(wavelengths_nm)
+    if not ((wavelengths_nm >= 300.0) & (wavelengths_nm <= 1000.0)).all():
+        raise InputError("wavelength", wavelengths_nm.tolist(), "300 to 1000 nm")
     return _rayleigh(tuple(wavelengths_nm.tolist()))
 
 
 @lru_cache(maxsize=64)
 def _rayleigh(wavelengths_nm: tuple[float, ...]) -> np.ndarray:
-    wavelength_cm = np.array(wavelengths_nm) * 1e-7
-    per_cm = _cross_section(wavelength_cm) * _MOLECULES_PER_CM3
-    return frozen(per_cm * 100.0, np.float64)
-
-
-def _cross_section(wavelength_cm: Bands) -> Bands:
-    """Compute the cross-section of a molecule of air with 300 ppm of CO₂ [cm²].
+    """β by the cross-section of a molecule of air with 300 ppm of CO₂.
 
     It is that of Bodhaine et al. (1999, eq. 4, 5 and 23) with Peck & Reeder's refraction (J. Opt.
     Soc. Am. 62, 1972), operation by operation as in colour-science (``colour.phenomena.rayleigh``,
     BSD-3-Clause), which takes seconds and 0.1 GB to import; tests hold it against that.
     """
-    um = wavelength_cm * 10e3
+    wavelength_cm = np.array(wavelengths_nm) * 1e-7
+    um, co2_per_cent = wavelength_cm * 10e3, 300 * 1e-4
     refraction = 8060.51 + 2480990 / (132.274 - um ** (-2)) + 17455.7 / (39.32957 - um ** (-2))
     n = refraction / 1.0e8 + 1
     nitrogen = 1.034 + 3.17 * 1.0e-4 * (1 / um**2)
     oxygen = 1.096 + 1.385 * 1.0e-3 * (1 / um**2) + 1.448 * 1.0e-4 * (1 / um**4)
-    mixed = 78.084 * nitrogen + 20.946 * oxygen + 0.934 * 1 + _CO2_PER_CENT * 1.15
-    king = mixed / (78.084 + 20.946 + 0.934 + _CO2_PER_CENT)
-    density = _MOLECULES_PER_CM3
+    mixed = 78.084 * nitrogen + 20.946 * oxygen + 0.934 * 1 + co2_per_cent * 1.15
+    king = mixed / (78.084 + 20.946 + 0.934 + co2_per_cent)
     scattered = 24 * np.pi**3 * (n**2 - 1) ** 2
-    return np.asarray(scattered / (wavelength_cm**4 * density**2 * (n**2 + 2) ** 2) * king)
+    area = scattered / (wavelength_cm**4 * _MOLECULES_PER_CM3**2 * (n**2 + 2) ** 2) * king
+    return frozen(area * _MOLECULES_PER_CM3 * 100.0, np.float64)
 
 
-def particle_extinction(visibility_m: float, at_550: float, wavelengths_nm: Bands) -> Bands:
-    """Compute β of particles [1/m] from β at 550 nm, ``at_550``, by Ångström's law with q of V."""
-    _check(wavelengths_nm)
+def _particle_extinction(visibility_m: float, at_550: float, wavelengths_nm: Bands) -> Bands:
+    """β of particles from β at 550 nm, ``at_550``, by Ångström's law with q of V."""
     return at_550 * (wavelengths_nm / REFERENCE_NM) ** -angstrom_exponent(visibility_m)
-
-
-def hazy_extinction(visibility_m: float, wavelengths_nm: Bands) -> Bands:
-    """Compute β of air and its particles together [1/m]; it is 3.912/V at 550 nm.
-
-    Kim's exponent was fitted to the whole extinction; here it shapes what is left once Rayleigh's
-    part is taken out, which makes blue thicker than Kim has it: by 5 % at 20 km, 13 % at 50 km.
-    Raises InputError where the air alone is thicker than V allows, beyond 340 km.
-    """
-    total, clean = extinction_from_visibility(visibility_m), _rayleigh((REFERENCE_NM,))[0]
-    if total < clean:
-        raise InputError(
-            "visibility",
-            visibility_m,
-            f"at most {visibility_from_extinction(clean) / 1000:.0f} km, that of pure air",
-            "leave it out for clear air",
-        )
-    particles = particle_extinction(visibility_m, total - clean, wavelengths_nm)
-    return rayleigh_extinction(wavelengths_nm) + particles
-
-
-def _check(wavelengths_nm: Bands) -> None:
-    if not ((wavelengths_nm >= _SHORTEST_NM) & (wavelengths_nm <= _LONGEST_NM)).all():
-        raise InputError(
-            "wavelength", wavelengths_nm.tolist(), f"{_SHORTEST_NM:.0f} to {_LONGEST_NM:.0f} nm"
-        )
 
 
 @dataclass(frozen=True)
@@ -160,15 +118,6 @@ class Mist:
             raise InputError("mist.base", self.base_m, "a finite height above the datum")
         if not (math.isfinite(self.scale_m) and self.scale_m > 0):
             raise InputError("mist.scale", self.scale_m, "finite and above 0 m", "try 50m")
-
-
-def mist_base_extinction(mist: Mist, wavelengths_nm: Bands) -> Bands:
-    """Compute β of the mist at its base [1/m].
-
-    Mist is droplets alone, which follow Ångström's law for its own visibility.
-    """
-    at_550 = extinction_from_visibility(mist.visibility_m)
-    return particle_extinction(mist.visibility_m, at_550, wavelengths_nm)
 
 
 def relative_extinction(mist: Mist, height_m: Reals) -> Reals:
@@ -207,11 +156,6 @@ def base_equivalent_length(mist: Mist, start_m: Reals, rise: Reals) -> Reals:
     return (below + mist.scale_m * relative_extinction(mist, start_m)) / rise
 
 
-_RED_NM, _GREEN_NM, _BLUE_NM = 642.4434140806299, 543.0002219571127, 440.86762935203524
-"""They follow from colour-science's tables, which takes seconds and 0.1 GB to import; a test
-compares them."""
-
-
 @lru_cache(maxsize=1)
 def rgb_wavelengths() -> np.ndarray:
     """Give the effective wavelengths of red, green and blue, about 642.4, 543.0 and 440.9 nm, (3,).
@@ -224,10 +168,9 @@ def rgb_wavelengths() -> np.ndarray:
     4 optical depths, the median ΔE2000 is below 0.2; with the primaries' dominant wavelengths
     (611, 549, 464) it is four times that.
     """
-    return frozen((_RED_NM, _GREEN_NM, _BLUE_NM), np.float64)
-
-
-PathBands = Float64[np.ndarray, "n bands"]
+    # They follow from colour-science's tables, which takes seconds and 0.1 GB to import; a test
+    # compares them.
+    return frozen((642.4434140806299, 543.0002219571127, 440.86762935203524), np.float64)
 
 
 @dataclass(frozen=True)
@@ -242,28 +185,40 @@ class Air:
     mist: Mist | None = None
 
     def __post_init__(self) -> None:
-        if self.visibility_m is not None:
-            hazy_extinction(self.visibility_m, np.array([REFERENCE_NM]))
+        haze_extinction(self, np.array([REFERENCE_NM]))
+
+
+def haze_extinction(air: Air, wavelengths_nm: Bands) -> Bands:
+    """Compute β of the even haze, its air and particles together [1/m]; it is 3.912/V at 550 nm.
+
+    In clear air it is 0, without Rayleigh's extinction. Kim's exponent was fitted to the whole
+    extinction; here it shapes what is left once Rayleigh's part is taken out, which makes blue
+    thicker than Kim has it: by 5 % at 20 km, 13 % at 50 km. Raises InputError where the air alone
+    is thicker than V allows, beyond 340 km.
+    """
+    V = air.visibility_m
+    if V is None:
+        return np.zeros_like(wavelengths_nm)
+    total, clean = extinction_from_visibility(V), _rayleigh((REFERENCE_NM,))[0]
+    if total < clean:
+        rule = f"at most {visibility_from_extinction(clean) / 1000:.0f} km, that of pure air"
+        raise InputError("visibility", V, rule, "leave it out for clear air")
+    rayleigh = rayleigh_extinction(wavelengths_nm)
+    return rayleigh + _particle_extinction(V, total - clean, wavelengths_nm)
 
 
 CLEAR = Air()
 
 
-def haze_extinction(air: Air, wavelengths_nm: Bands) -> Bands:
-    """Compute β of the even haze at each wavelength [1/m].
-
-    In clear air it is 0, without Rayleigh's extinction.
-    """
-    if air.visibility_m is None:
-        return np.zeros_like(wavelengths_nm)
-    return hazy_extinction(air.visibility_m, wavelengths_nm)
-
-
 def mist_extinction(air: Air, wavelengths_nm: Bands) -> Bands:
-    """Compute β of the mist at and below its base, at each wavelength [1/m]; 0 without mist."""
+    """Compute β of the mist at and below its base, at each wavelength [1/m]; 0 without mist.
+
+    Mist is droplets alone, which follow Ångström's law for its own visibility.
+    """
     if air.mist is None:
         return np.zeros_like(wavelengths_nm)
-    return mist_base_extinction(air.mist, wavelengths_nm)
+    V = air.mist.visibility_m
+    return _particle_extinction(V, extinction_from_visibility(V), wavelengths_nm)
 
 
 def rgb_extinction(air: Air) -> Bands:
@@ -273,10 +228,9 @@ def rgb_extinction(air: Air) -> Bands:
 
 def extinction(air: Air, height_m: Reals, wavelengths_nm: Bands) -> PathBands:
     """Compute β of both layers at each height above the datum, (n, bands) [1/m]."""
-    share = np.ones_like(height_m) if air.mist is None else relative_extinction(air.mist, height_m)
-    return haze_extinction(air, wavelengths_nm) + share[:, None] * mist_extinction(
-        air, wavelengths_nm
-    )
+    mist = np.ones_like(height_m) if air.mist is None else relative_extinction(air.mist, height_m)
+    haze = haze_extinction(air, wavelengths_nm)
+    return haze + mist[:, None] * mist_extinction(air, wavelengths_nm)
 
 
 def optical_depth(
@@ -287,13 +241,11 @@ def optical_depth(
     Contrast falls by exp(−∫β) (Koschmieder, 1924). ``start_m`` and ``end_m`` are the heights of the
     ends above the datum, ``length_m`` the distance between them.
     """
-    share = np.ones_like(length_m)
+    mist = np.ones_like(length_m)
     if air.mist is not None:
-        share = mean_relative_extinction(air.mist, start_m, end_m)
-    beta = haze_extinction(air, wavelengths_nm) + share[:, None] * mist_extinction(
-        air, wavelengths_nm
-    )
-    return length_m[:, None] * beta
+        mist = mean_relative_extinction(air.mist, start_m, end_m)
+    haze = haze_extinction(air, wavelengths_nm)
+    return length_m[:, None] * (haze + mist[:, None] * mist_extinction(air, wavelengths_nm))
 
 
 def least_extinction(

@@ -1,7 +1,4 @@
-"""A thin lens: how wide it spreads the image of a point that is not in focus.
-
-The camera: the position of the eye in an endless plane, and the angle of one pixel.
-"""
+"""The camera: the eye in an endless plane, the angle of one pixel, and a lens."""
 
 import math
 from dataclasses import dataclass, replace

@@ -4,11 +4,8 @@ Within a band before its limit distance D a part shrinks from its full area to n
 the paper's ref. 8), and what hangs on it with it. Out of view D is less; what is displayed only
 because it is in view grows while the sphere that holds it enters the pyramid of view. The area
 that a part's own parts no longer cover is the share λ of its leaf appearance; what of the two lies
-in one another is made up for where they are drawn (``lod.crossfade.leaf_area_share``).
-Counts are those
-of the cut: fading changes no part of it.
-
-How shapes that fade are thinned: radii and shares of area of a partly shown part (§2.4).
+in one another is made up for where they are drawn (``leaf_area_share``). Counts are those of the
+cut: fading changes no part of it.
 """
 
 import math

@@ -1,14 +1,9 @@
-"""Barten's contrast sensitivity of the human eye, in closed form.
+"""What an eye sees: its contrast sensitivity before a display, and classes of inherent contrast.
 
-Barten, "Contrast Sensitivity of the Human Eye and Its Effects on Image Quality" (SPIE, 1999),
-chapter 3, operation by operation as in colour-science (``colour.contrast.barten1999``, BSD), which
-tests hold it against: importing that package takes seconds and 0.1 GB in whatever process renders.
-
-How faint a contrast does an eye in front of a display see, at which frequency?
-
-The eye is Barten's (``lod.eye``).
-
-Inherent contrast: how much a part stands out with no air before it, in a few classes.
+The eye is that of Barten, "Contrast Sensitivity of the Human Eye and Its Effects on Image Quality"
+(SPIE, 1999), chapter 3, operation by operation as in colour-science (BSD;
+``colour.contrast.barten1999``), which tests hold it against: importing that package takes seconds
+and 0.1 GB in whatever process renders.
 """
 
 import math
@@ -21,21 +16,6 @@ import numpy as np
 from lod.arrays import ArrayData, FloatArray, Ints, Reals
 from lod.errors import InputError
 
-_LARGEST_DEG = 12.0
-"""X_max: largest angle that the eye integrates over [degrees]."""
-
-_MOST_CYCLES = 15.0
-"""N_max: largest number of cycles that the eye integrates over."""
-
-_PHOTONS = 1.2274 * 10**6
-"""p: photons per second, square degree and troland, for white light."""
-
-_NEURAL_NOISE = 3 * 10**-8
-"""Φ₀: spectral density of neural noise [s·deg²]."""
-
-_INHIBITED_CPD = 7.0
-"""u₀: frequency below which lateral inhibition acts [cycles/degree]."""
-
 
 def pupil_diameter(luminance: float, field_deg: float) -> float:
     """Compute the diameter of the pupil [mm] by Le Grand's formula.
@@ -43,11 +23,6 @@ def pupil_diameter(luminance: float, field_deg: float) -> float:
     ``luminance`` [cd/m²] is that of a square field of side ``field_deg`` [degrees].
     """
     return float(5 - 3 * np.tanh(0.4 * np.log10(luminance * field_deg * field_deg / 40**2)))
-
-
-def optics_sigma(blur_deg: float, aberration_deg: float, pupil_mm: float) -> float:
-    """Compute σ of the line spread of the eye's optics, √(σ₀² + (C_ab·pupil)²) [degrees]."""
-    return float(np.hypot(blur_deg, aberration_deg * pupil_mm))
 
 
 def retinal_illuminance(luminance: float, pupil_mm: float) -> float:
@@ -67,10 +42,14 @@ def contrast_sensitivity(
 ) -> Reals:
     """Compute 1 / the least modulation that is seen of sinusoids in a square field, (k,)."""
     u, n = frequency_cpd, efficiency
+    largest_deg, most_cycles = 12.0, 15.0  # X_max, N_max: what the eye integrates over
+    photon_rate = 1.2274 * 10**6  # p: per second, square degree and troland, for white light
+    neural_noise = 3 * 10**-8  # Φ₀ [s·deg²]
+    inhibited_cpd = 7.0  # u₀: frequency below which lateral inhibition acts
     optics = np.exp(-2 * np.pi**2 * sigma_deg**2 * u**2)
-    size = (1 / field_deg**2 + 1 / _LARGEST_DEG**2 + u**2 / _MOST_CYCLES**2) ** -0.5
-    photons = 1 / (n * _PHOTONS * illuminance_td)
-    neural = _NEURAL_NOISE / (1 - np.exp(-((u / _INHIBITED_CPD) ** 2)))
+    size = (1 / field_deg**2 + 1 / largest_deg**2 + u**2 / most_cycles**2) ** -0.5
+    photons = 1 / (n * photon_rate * illuminance_td)
+    neural = neural_noise / (1 - np.exp(-((u / inhibited_cpd) ** 2)))
     noise = 2 / integration_s * (1 / (size * size)) * (photons + neural)
     return np.asarray((optics / signal_to_noise) / np.sqrt(noise))
 
@@ -78,11 +57,6 @@ def contrast_sensitivity(
 SQUARE_WAVE_GAIN = 4 / math.pi
 """Fundamental of a square wave over its own modulation. Bars are seen this much better than a
 sinusoid of the same modulation (Campbell & Robson, J. Physiol. 197, 1968, p. 551)."""
-
-_KNOTS = 2048
-_LOWEST_CPD = 0.05
-_FADED = 1e-6
-"""Share of a contrast that the eye's optics leave at the highest frequency of the table."""
 
 
 @dataclass(frozen=True)
@@ -146,7 +120,7 @@ def optical_sigma(display: Display, eye: Eye) -> float:
     It is √(σ₀² + (C_ab·pupil)²) (Barten 1999, ch. 3), with Le Grand's formula of the pupil.
     """
     pupil_mm = pupil_diameter(display.luminance, display.field_deg)
-    return optics_sigma(eye.blur_arcmin / 60, eye.aberration_arcmin / 60, pupil_mm)
+    return float(np.hypot(eye.blur_arcmin / 60, eye.aberration_arcmin / 60 * pupil_mm))
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,18 +142,12 @@ def sensitivity(display: Display, eye: Eye) -> Sensitivity:
     The table ends at the frequency of which the eye's own optics leave a millionth.
     """
     sigma = optical_sigma(display, eye)
-    highest = math.sqrt(-math.log(_FADED) / 2) / (math.pi * sigma)
-    frequency = np.geomspace(min(_LOWEST_CPD, highest / 1000), highest, _KNOTS)
+    highest = math.sqrt(-math.log(1e-6) / 2) / (math.pi * sigma)
+    frequency = np.geomspace(min(0.05, highest / 1000), highest, 2048)
     pupil_mm = pupil_diameter(display.luminance, display.field_deg)
-    value = contrast_sensitivity(
-        frequency,
-        sigma,
-        eye.signal_to_noise,
-        eye.integration_s,
-        display.field_deg,
-        eye.efficiency,
-        retinal_illuminance(display.luminance, pupil_mm),
-    )
+    light = retinal_illuminance(display.luminance, pupil_mm)
+    gathering = eye.signal_to_noise, eye.integration_s, display.field_deg, eye.efficiency
+    value = contrast_sensitivity(frequency, sigma, *gathering, light)
     return Sensitivity(frequency, SQUARE_WAVE_GAIN * value)
 
 
@@ -225,14 +193,12 @@ def inherent_contrast(
     |Y − Y_b|/Y_b where that is small, and never above 1. All in one unit of luminance; an infinite
     A says that air is brighter than anything seen through it.
     """
-    values = (luminance, surroundings, np.asarray(airlight, np.float64))
-    if not all((v >= 0).all() for v in values):
+    if not all((np.asarray(v) >= 0).all() for v in (luminance, surroundings, airlight)):
         raise InputError("luminance", "a negative number or NaN", "every luminance is at least 0")
-    if not all(np.isfinite(v).all() for v in values[:2]):
+    if not (np.isfinite(luminance).all() and np.isfinite(surroundings).all()):
         raise InputError("luminance", "a number that is not finite", "parts shine finitely")
-    mean = (luminance + surroundings) / 2
     difference = np.abs(luminance - surroundings)
-    weakest = 2 * np.minimum(mean, values[2])
+    weakest = 2 * np.minimum((luminance + surroundings) / 2, airlight)
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(difference == 0.0, 0.0, difference / weakest)
 

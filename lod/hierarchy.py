@@ -1,13 +1,6 @@
 """The part hierarchy of one object as arrays, parents before children (§2.3).
 
 ``lod`` explains the symbols P, R and B.
-
-Which levels of the modelling hierarchy are one object of the display hierarchy (§4.2)?
-
-Where a whole has one part only, and that is no smaller, only rounding would separate their limit
-distances, although they should appear and disappear together. Measured from the same origin with
-the same P and R, they do, for every metric, eye and air. An only part that is smaller than its
-whole disappears before it, like any other.
 """
 
 from dataclasses import dataclass, field, replace
@@ -53,14 +46,11 @@ class Hierarchy(ArrayData):
     overlap: FloatArray = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self) -> None:
-        if len(self.contrast) == 0:
-            object.__setattr__(self, "contrast", np.full(len(self.parent), NEVER_LOST))
-        if len(self.overlap) == 0:
-            object.__setattr__(self, "overlap", np.zeros(len(self.parent)))
+        for name, usual in (("contrast", NEVER_LOST), ("overlap", 0.0)):
+            if len(getattr(self, name)) == 0:
+                object.__setattr__(self, name, np.full(len(self.parent), usual))
         super().__post_init__()
-        _check_shapes(self)
-        _check_tree(self)
-        _check_sizes(self)
+        self._check()
 
     def __len__(self) -> int:
         return len(self.parent)
@@ -108,61 +98,49 @@ class Hierarchy(ArrayData):
         lengths = {k: getattr(self, k) * factor for k in ("position", "P", "R", "B", "separation")}
         return replace(self, **lengths)
 
-
-def _check_shapes(h: Hierarchy) -> None:
-    n = len(h.parent)
-    if n == 0:
-        raise InputError("hierarchy", 0, "an object has at least one part, itself")
-    names = ("level", "P", "R", "B", "separation", "contrast", "overlap")
-    check_columns("hierarchy", h, position=(n, 3), **dict.fromkeys(names, (n,)))
-
-
-def _check_tree(h: Hierarchy) -> None:
-    if h.parent[0] != -1:
-        raise InputError("hierarchy.parent[0]", int(h.parent[0]), "row 0 is the root, owned by -1")
-    rows = np.arange(1, len(h))
-    wrong = rows[(h.parent[1:] < 0) | (h.parent[1:] >= rows)]
-    if len(wrong):
-        row = int(wrong[0])
-        raise InputError(
-            f"hierarchy.parent[{row}]",
-            int(h.parent[row]),
-            "a part stands after the part that owns it",
-        )
-    wrong = rows[h.level[1:] < h.level[h.parent[1:]]]
-    if len(wrong) or h.level[0] != 0:
-        row = int(wrong[0]) if len(wrong) else 0
-        raise InputError(
-            f"hierarchy.level[{row}]", int(h.level[row]), "levels start at 0 and never decrease"
-        )
-
-
-def _check_sizes(h: Hierarchy) -> None:
-    if h.contrast.min() < 0 or h.contrast.max() > NEVER_LOST:
-        wrong = int(h.contrast.max() if h.contrast.min() >= 0 else h.contrast.min())
-        raise InputError("hierarchy.contrast", wrong, f"a class of contrast, 0 to {NEVER_LOST}")
-    if h.overlap.max() >= 1:
-        raise InputError("hierarchy.overlap", float(h.overlap.max()), "below 1")
-    for name in ("P", "R", "B", "separation"):
-        values = getattr(h, name)
-        rows = np.flatnonzero(values <= 0 if name == "P" else values < 0)
-        if len(rows):
-            rule = "above 0 m" if name == "P" else "at least 0 m"
-            where = f"hierarchy.{name}[{int(rows[0])}]"
-            raise InputError(where, float(values[rows[0]]), rule)
-    needed = h.separation[1:] + h.B[1:]
-    short = np.flatnonzero(h.B[h.parent[1:]] < needed * (1 - 1e-12) - 1e-12)
-    if len(short):
-        row = int(short[0]) + 1
-        raise InputError(
-            f"hierarchy.B[{int(h.parent[row])}]",
-            float(h.B[h.parent[row]]),
-            f"a whole's bound holds its part {row}: at least {needed[row - 1]:.6g} m",
-        )
+    def _check(self) -> None:
+        n, parent, level = len(self.parent), self.parent, self.level
+        if n == 0:
+            raise InputError("hierarchy", 0, "an object has at least one part, itself")
+        names = ("level", "P", "R", "B", "separation", "contrast", "overlap")
+        check_columns("hierarchy", self, position=(n, 3), **dict.fromkeys(names, (n,)))
+        if parent[0] != -1:
+            raise InputError(
+                "hierarchy.parent[0]", int(parent[0]), "row 0 is the root, owned by -1"
+            )
+        rows = np.arange(1, n)
+        for row in rows[(parent[1:] < 0) | (parent[1:] >= rows)].tolist():
+            rule = "a part stands after the part that owns it"
+            raise InputError(f"hierarchy.parent[{row}]", int(parent[row]), rule)
+        above = np.where(parent < 0, 0, level[parent])
+        for row in np.flatnonzero((level < above) | ((parent < 0) & (level != 0))).tolist():
+            rule = "levels start at 0 and never decrease"
+            raise InputError(f"hierarchy.level[{row}]", int(level[row]), rule)
+        if self.contrast.min() < 0 or self.contrast.max() > NEVER_LOST:
+            wrong = int(self.contrast.max() if self.contrast.min() >= 0 else self.contrast.min())
+            raise InputError("hierarchy.contrast", wrong, f"a class of contrast, 0 to {NEVER_LOST}")
+        if self.overlap.max() >= 1:
+            raise InputError("hierarchy.overlap", float(self.overlap.max()), "below 1")
+        for name in ("P", "R", "B", "separation"):
+            values = getattr(self, name)
+            for row in np.flatnonzero(values <= 0 if name == "P" else values < 0).tolist():
+                rule = "above 0 m" if name == "P" else "at least 0 m"
+                raise InputError(f"hierarchy.{name}[{row}]", float(values[row]), rule)
+        needed = self.separation[1:] + self.B[1:]
+        for row in np.flatnonzero(self.B[parent[1:]] < needed * (1 - 1e-12) - 1e-12).tolist():
+            rule = f"a whole's bound holds its part {row + 1}: at least {needed[row]:.6g} m"
+            whole = int(parent[row + 1])
+            raise InputError(f"hierarchy.B[{whole}]", float(self.B[whole]), rule)
 
 
 def representative(parent: Ints, P: Reals) -> Ints:
     """Find the first of the parts that each part is tied to, (n,); for most it is the part itself.
+
+    Which levels of the modelling hierarchy are one object of the display hierarchy (§4.2)? Where a
+    whole has one part only, and that is no smaller, only rounding would separate their limit
+    distances, although they should appear and disappear together. Measured from the same origin
+    with the same P and R, they do, for every metric, eye and air. An only part that is smaller than
+    its whole disappears before it, like any other.
 
     parent (n,) row of the part that owns each part, -1 for row 0; P (n,) priorities [m]. A part
     that is tied to its only part counts as large as that part when it is compared with its own

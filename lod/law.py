@@ -1,34 +1,26 @@
-"""The law of §4.1 on flat ground, with its prefactor, derived without the pruner.
+"""The counts that the law of §4.1 predicts, with its prefactor, derived without the pruner.
 
-Objects of density K [1/m²] stand isotropically on flat ground; the eye is h above a part's origin;
-a part is displayed within its limit distance D. Through a full turn that is a disc of area π(D² −
-h²).
+Objects of density K [1/m²] stand isotropically on the ground. On flat ground, the eye h above a
+part's origin, a part is displayed from a disc of area π(D² − h²), D its limit distance.
 
-Where the law is integrated over the ground: nodes about the eye, dense where much is displayed.
-
-As many nodes stand in a ring for its area as for its logarithmic width, since the rim of each disc
-decides how many objects there are and every octave of distance has parts of its own; half of them
-stand where the camera looks.
-
-The law without full discs: hills, a field of view, offscreen detail, a finite world.
-
-The number displayed is compound Poisson whatever the ground (Campbell's theorem; Kingman, "Poisson
-Processes", 1993, §3.2): its mean is K∫n dA and its variance K∫n² dA, where n(q) is the number of
-parts displayed of an object that stands at q, averaged over its headings. The integral is taken on
-the nodes of a quadrature (``lod.law``), and every part of the object there is
-tested by itself: no pruner, no traversal of the tree.
+On hills, in a field of view or a finite world there are no full discs. The number displayed is
+compound Poisson whatever the ground (Campbell's theorem; Kingman, "Poisson Processes", 1993, §3.2):
+its mean is K∫n dA and its variance K∫n² dA, where n(q) is the number of parts displayed of an
+object that stands at q, averaged over its headings. The integral is taken on the nodes of a
+quadrature, and every part of the object there is tested by itself: no pruner, no traversal of the
+tree.
 """
 
 import itertools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
-from lod.arrays import ArrayData, FloatArray, Ints, Reals
+from lod.arrays import ArrayData, FloatArray, Reals
 from lod.eye import CONTRAST_CLASSES
 from lod.hierarchy import Hierarchy
 from lod.metric import Metric
@@ -44,12 +36,6 @@ LIMITS: dict[str, Callable[[Reals, Reals, float], Reals]] = {
 }
 """Limit distances in clear air of the built-in metrics that have a law, apart from those that the
 pruner uses (``lod.metric``): a prediction must not rest on what it tests."""
-
-_HALVINGS = 60
-"""Bisections of an interval: enough for the last bits of a float64."""
-
-_EXACT, _MOST_STEPS = 1e-14, 200
-"""Relative error at which a distance is found, and steps that none ever took."""
 
 
 def chained_limits(
@@ -71,11 +57,25 @@ def chained_limits(
     return np.maximum(limit, 0.0)
 
 
-def whole_limit(
-    hierarchy: Hierarchy, metric: Metric, m: float, conditions: ViewingConditions | None = None
-) -> float:
-    """Compute the limit distance of the whole object [m]: the first of ``chained_limits``."""
-    return max(0.0, float(_own_limits(hierarchy, slice(1), metric, m, conditions)[0]))
+def limits_seen(hierarchy: Hierarchy, view: View, m: float) -> np.ndarray:
+    """Compute the limit distances of a view's parts at a detail angle m [rad], (n,) [m].
+
+    Of two eyes what either can see is displayed: the distance from their middle is up to half a
+    baseline greater.
+    """
+    limits = chained_limits(hierarchy, view.metric, m, view.conditions)
+    limits[limits > 0] += view.camera.baseline_m / 2
+    return limits
+
+
+def max_ground_distance(hierarchies: tuple[Hierarchy, ...], view: View) -> float:
+    """Compute the greatest horizontal distance of an object that has a part displayed [m]."""
+    greatest = 0.0
+    for each in hierarchies:
+        whole = _own_limits(each, slice(1), view.metric, view.m, view.conditions)[0]
+        offset = float(np.hypot(*each.position[0, :2]))
+        greatest = max(greatest, max(0.0, float(whole)) + view.camera.baseline_m / 2 + offset)
+    return greatest
 
 
 def _own_limits(
@@ -93,34 +93,17 @@ def _own_limits(
     clear = formula(hierarchy.P[rows], hierarchy.R[rows], m)
     if conditions is None or not metric.finite:
         return clear
-    seen = _farthest_seen(clear, hierarchy.contrast[rows], conditions, m)
+    seen, contrast = np.empty_like(clear), hierarchy.contrast[rows]
+    for row in np.unique(contrast):
+        of_class = contrast == row
+        seen[of_class] = _reached(conditions.weighted(CONTRAST_CLASSES[row], m), clear[of_class])
     if conditions.defocus is None:
         return seen
     theta = conditions.widths.effective
     return np.minimum(seen, _farthest_sharp(clear, conditions.defocus, theta))
 
 
-def limits_seen(hierarchy: Hierarchy, view: View, m: float) -> np.ndarray:
-    """Compute the limit distances of a view's parts at a detail angle m [rad], (n,) [m].
-
-    Of two eyes what either can see is displayed: the distance from their middle is up to half a
-    baseline greater.
-    """
-    limits = chained_limits(hierarchy, view.metric, m, view.conditions)
-    limits[limits > 0] += view.camera.baseline_m / 2
-    return limits
-
-
-def _farthest_seen(clear: Reals, contrast: Ints, conditions: ViewingConditions, m: float) -> Reals:
-    """Distance d at which W(d) reaches the limit in clear air, (n,) [m]."""
-    seen = np.empty_like(clear)
-    for row in np.unique(contrast):
-        of_class = contrast == row
-        seen[of_class] = _reached(conditions.weighted(CONTRAST_CLASSES[row], m), clear[of_class])
-    return seen
-
-
-def _reached(W: WeightedDistance, clear: Reals) -> Reals:
+def _reached(W: WeightedDistance, clear: Reals, exact: float = 1e-14) -> Reals:
     """Greatest d with W(d) ≤ these limits, (n,) [m], by false position.
 
     It is the Illinois method (Dowell & Jarratt, "A modified regula falsi method for computing the
@@ -128,9 +111,9 @@ def _reached(W: WeightedDistance, clear: Reals) -> Reals:
     """
     found = np.minimum(clear, W.vanishing_distance)
     missed = W.weight(found) - clear
-    rows = np.flatnonzero(missed > _EXACT * clear)
+    rows = np.flatnonzero(missed > exact * clear)
     near, far, below, above = np.zeros(len(rows)), found[rows], -clear[rows], missed[rows]
-    for _ in range(_MOST_STEPS):
+    for _ in range(200):  # more steps than any ever took
         if not len(rows):
             break
         at = far - above * (far - near) / (above - below)
@@ -140,7 +123,7 @@ def _reached(W: WeightedDistance, clear: Reals) -> Reals:
         # The end that stays counts half from now on, so that the next step passes the root.
         below, above = np.where(short, missed, below / 2), np.where(short, above / 2, missed)
         near, far = np.where(short, at, near), np.where(short, far, at)
-        open_ = np.abs(missed) > _EXACT * clear[rows]
+        open_ = np.abs(missed) > exact * clear[rows]
         rows, near, far = rows[open_], near[open_], far[open_]
         below, above = below[open_], above[open_]
     return found
@@ -151,14 +134,14 @@ def _farthest_sharp(clear: Reals, defocus: Defocus, theta: float) -> Reals:
 
     It begins where a part is sharpest for its distance; what is too small there is nowhere seen.
     """
+    start = max(defocus.sharpest_m(theta), 1e-9)
+    near, far = np.full_like(clear, start), np.maximum(clear, start)
 
     def blurred(d: Reals) -> Reals:
         return np.hypot(theta, defocus_width(defocus, d)) / theta * d
 
-    start = max(defocus.sharpest_m(theta), 1e-9)
-    near, far = np.full_like(clear, start), np.maximum(clear, start)
     never = blurred(near) >= clear
-    for _ in range(_HALVINGS):
+    for _ in range(60):  # down to the last bits of a float64
         middle = (near + far) / 2
         within = blurred(middle) <= clear
         near, far = np.where(within, middle, near), np.where(within, far, middle)
@@ -185,22 +168,6 @@ def count_variance(K: float, areas: np.ndarray) -> float:
     return K * float(np.sum((2 * np.arange(len(down)) + 1) * down))
 
 
-_INNER_M = 0.25
-"""Radius of the one disc about the eye that is not divided further."""
-
-_RINGS = 1024
-"""Rings in each of which nodes are spread evenly."""
-
-_BY_AREA = 0.7
-"""Share of the nodes that is spread over rings by their area, the rest by width in log r."""
-
-_PLASTIC = 1.32471795724474602596
-_START = 0.5
-_STEPS = (1 / _PLASTIC, 1 / _PLASTIC**2, math.sqrt(2.0))
-"""From node to node: of the shares of radius and of angle, by the root of x³ = x + 1, and of turns
-of the heading."""
-
-
 @dataclass(frozen=True, eq=False)
 class GroundQuadrature(ArrayData):
     """Quadrature nodes on the ground around the eye, at which objects are tested.
@@ -217,16 +184,6 @@ class GroundQuadrature(ArrayData):
     turn: FloatArray
 
 
-def max_ground_distance(hierarchies: tuple[Hierarchy, ...], view: View) -> float:
-    """Compute the greatest horizontal distance of an object that has a part displayed [m]."""
-    return max(
-        whole_limit(h, view.metric, view.m, view.conditions)
-        + view.camera.baseline_m / 2
-        + float(np.hypot(*h.position[0, :2]))
-        for h in hierarchies
-    )
-
-
 def ground_nodes(
     hierarchies: tuple[Hierarchy, ...], view: View, nodes: int, farthest_m: float = math.inf
 ) -> GroundQuadrature:
@@ -235,44 +192,44 @@ def ground_nodes(
     Every kind has as many nodes in its own disc, none of which reaches beyond ``farthest_m``. One
     kind after the other they follow Roberts's sequence R₂ ("The unreasonable effectiveness of
     quasirandom sequences", 2018) in the plane of the shares that radius and angle are chosen by,
-    and multiples of √2 by heading.
+    and multiples of √2 by heading. As many nodes stand in a ring for its area as for its
+    logarithmic width, since the rim of each disc decides how many objects there are and every
+    octave of distance has parts of its own; half of them stand where the camera looks.
     """
     kinds = len(hierarchies)
     of_kind = max(nodes // kinds, 1)
     place = np.arange(kinds * of_kind).reshape(kinds, of_kind).T.ravel()
-    shares = (_START + np.multiply.outer(place, _STEPS)) % 1.0
+    plastic = 1.32471795724474602596  # the root of x³ = x + 1
+    steps = 1 / plastic, 1 / plastic**2, math.sqrt(2.0)
+    shares = (0.5 + np.multiply.outer(place, steps)) % 1.0
     reach = np.array([min(max_ground_distance((h,), view), farthest_m) for h in hierarchies])
     reach = np.tile(reach, of_kind)
-    radius, spread = _radii(shares[:, 0], _INNER_M / max(float(reach.max()), 2 * _INNER_M))
-    angle, width = _angles(shares[:, 1], *_seen_sector(view))
+    inner = 0.25  # radius of the one disc about the eye that is not divided further [m]
+    radius, spread = _radii(shares[:, 0], inner / max(float(reach.max()), 2 * inner))
+    # Half of the nodes are spread over the whole turn, half over the sector that is in view.
+    heading, half = _seen_sector(view)
+    seen = 0.5 + 0.5 * half / np.pi
+    width = np.where(shares[:, 1] < seen, 2 * half / seen, 4 * np.pi)  # d angle ÷ d share
+    angle = heading + half + (shares[:, 1] - seen) * width
     around = (radius * reach)[:, None] * np.stack((np.cos(angle), np.sin(angle)), axis=-1)
     area = spread * np.square(reach) * width / len(reach)
     return GroundQuadrature(view.camera.eye[:2] + around, area, 2 * np.pi * shares[:, 2])
 
 
-def _radii(share: Reals, inner: float) -> tuple[Reals, Reals]:
+def _radii(
+    share: Reals, inner: float, rings: int = 1024, by_area: float = 0.7
+) -> tuple[Reals, ...]:
     """Radii in a unit disc that have these shares of the nodes within, and r·dr ÷ d share there.
 
-    inner  radius of the disc that is the first ring
+    inner    radius of the disc that is the first of the rings, in each of which they are even
+    by_area  share of the nodes that is spread over rings by their area, the rest by width in log r
     """
-    edges = np.concatenate(([0.0], np.geomspace(inner, 1.0, _RINGS)))
-    within = _BY_AREA * np.square(edges) + (1 - _BY_AREA) * np.linspace(0.0, 1.0, len(edges))
+    edges = np.concatenate(([0.0], np.geomspace(inner, 1.0, rings)))
+    within = by_area * np.square(edges) + (1 - by_area) * np.linspace(0.0, 1.0, len(edges))
     ring = np.searchsorted(within[1:-1], share, side="right")
-    widths, areas = np.diff(within), np.diff(np.square(edges))
-    spread = (areas / widths)[ring]
+    spread = (np.diff(np.square(edges)) / np.diff(within))[ring]
     squared = np.square(edges[ring]) + (share - within[ring]) * spread
     return np.sqrt(squared), spread / 2
-
-
-def _angles(share: Reals, heading: float, half: float) -> tuple[Reals, Reals]:
-    """Angles that have these shares of the nodes before them [rad], and d angle ÷ d share there.
-
-    Half of the nodes are spread over the whole turn, half over the sector about the heading.
-    """
-    seen = 0.5 + 0.5 * half / np.pi
-    inside = share < seen
-    width = np.where(inside, 2 * half / seen, 4 * np.pi)
-    return heading + half + (share - seen) * width, width
 
 
 def _seen_sector(view: View) -> tuple[float, float]:
@@ -284,9 +241,8 @@ def _seen_sector(view: View) -> tuple[float, float]:
     forward, steep = camera.forward, abs(float(camera.forward[2])) * camera.corner_secant >= 1
     if view.look_around or camera.panorama or steep:
         return 0.0, math.pi
-    across, upward = (
-        tan * axis for tan, axis in zip(camera.tan_half, (camera.right, camera.up), strict=True)
-    )
+    tan_x, tan_y = camera.tan_half
+    across, upward = tan_x * camera.right, tan_y * camera.up
     corners = np.array([forward + x * across + y * upward for x in (-1, 1) for y in (-1, 1)])
     ahead = corners[:, :2] @ forward[:2]
     aside = corners[:, 1] * forward[0] - corners[:, 0] * forward[1]
@@ -294,15 +250,9 @@ def _seen_sector(view: View) -> tuple[float, float]:
     return math.atan2(forward[1], forward[0]), half
 
 
-_ROUNDING_M = 1e-6
-"""More than distances to parts are ever rounded by [m]."""
-
-
 @dataclass(frozen=True)
 class CountMoments:
-    """Mean and variance per unit density [m²]: of objects, of parts, and of parts level by
-    level.
-    """
+    """Mean and variance per unit density [m²], of objects and parts; mean of parts by level."""
 
     objects: float
     objects_variance: float
@@ -319,22 +269,28 @@ def count_moments(
     ``ground`` holds the heights at the nodes, (n,) [m]. The caller gives area 0 to nodes outside a
     finite world.
     """
-    levels = 1 + max(int(h.level.max()) for h in hierarchies)
+    kinds, levels = len(hierarchies), 1 + max(int(h.level.max()) for h in hierarchies)
     frustum = _frustum(view)
 
-    def integral(turn: int) -> tuple[np.ndarray, np.ndarray]:
-        rows = slice(turn, None, len(hierarchies))
-        where = net.xy[rows], net.area[rows] * len(hierarchies), net.turn[rows], ground[rows]
-        return _integrate(_parts(hierarchies[turn], view, levels), where, frustum, levels)
+    def integral(kind: int) -> tuple[np.ndarray, np.ndarray]:
+        rows = slice(kind, None, kinds)
+        where = net.xy[rows], net.area[rows] * kinds, net.turn[rows], ground[rows]
+        hierarchy = hierarchies[kind]
+        inside = limits_seen(hierarchy, view, view.m)
+        # Nothing is kept only because it is out of view.
+        outside = np.minimum(inside, limits_seen(hierarchy, view, view.m_offscreen))
+        falling = (_FallingLimits.of(each, hierarchy.level, levels) for each in (inside, outside))
+        bound = hierarchy.B + view.camera.baseline_m / 2
+        parts = hierarchy.position, bound, hierarchy.level, inside, *falling
+        return _integrate(parts, where, frustum, levels)
 
-    kinds = len(hierarchies)
     chunks = map_chunks(lambda first, last: [*map(integral, range(first, last))], kinds, 1)
     total, by_level = np.zeros(4), np.zeros(levels)
     for sums, level_sums in itertools.chain.from_iterable(chunks):
         total += sums
         by_level += level_sums
-    objects, objects_variance, parts, parts_variance = (total / len(hierarchies)).tolist()
-    shares = tuple((by_level / len(hierarchies)).tolist())
+    objects, objects_variance, parts, parts_variance = (total / kinds).tolist()
+    shares = tuple((by_level / kinds).tolist())
     return CountMoments(objects, objects_variance, parts, parts_variance, shares)
 
 
@@ -349,22 +305,12 @@ class _FallingLimits(NamedTuple):
     row: np.ndarray
     until: np.ndarray
 
-
-def _falling(limit: np.ndarray, level: np.ndarray, levels: int) -> _FallingLimits:
-    row = np.argsort(-limit, kind="stable")
-    until = np.zeros((len(row) + 1, levels), np.int64)
-    np.cumsum(level[row, None] == np.arange(levels), axis=0, out=until[1:])
-    return _FallingLimits(limit[row], row, until)
-
-
-def _parts(hierarchy: Hierarchy, view: View, levels: int) -> tuple[Any, ...]:
-    """Columns of the parts, and their limits in view and out of it, falling."""
-    inside = limits_seen(hierarchy, view, view.m)
-    outside = limits_seen(hierarchy, view, view.m_offscreen)
-    outside = np.minimum(inside, outside)  # nothing is kept only because it is out of view
-    reach = hierarchy.B + view.camera.baseline_m / 2
-    columns = hierarchy.position, reach, hierarchy.level, inside
-    return *columns, *(_falling(limit, hierarchy.level, levels) for limit in (inside, outside))
+    @staticmethod
+    def of(limit: np.ndarray, level: np.ndarray, levels: int) -> "_FallingLimits":
+        row = np.argsort(-limit, kind="stable")
+        until = np.zeros((len(row) + 1, levels), np.int64)
+        np.cumsum(level[row, None] == np.arange(levels), axis=0, out=until[1:])
+        return _FallingLimits(limit[row], row, until)
 
 
 def _frustum(view: View) -> tuple[np.ndarray, np.ndarray, bool]:
@@ -374,12 +320,11 @@ def _frustum(view: View) -> tuple[np.ndarray, np.ndarray, bool]:
     camera = view.camera
     if view.look_around:
         return camera.eye, np.zeros((0, 3)), True
-    tan_x, tan_y = camera.tan_half
     planes = [camera.forward]
-    for axis, tangent in ((camera.right, tan_x), (camera.up, tan_y)):
+    for axis, tangent in zip((camera.right, camera.up), camera.tan_half, strict=True):
         for sign in (1.0, -1.0):
             planes.append((camera.forward * tangent + sign * axis) / math.hypot(1.0, tangent))
-    return camera.eye, np.array(planes), view.look_around
+    return camera.eye, np.array(planes), False
 
 
 @njit(cache=True, nogil=True)
@@ -396,7 +341,7 @@ def _integrate(parts, where, frustum, levels):  # type: ignore[no-untyped-def]
         for k in range(3):
             apart += (position[i, k] - position[0, k]) ** 2
         away, holds = max(away, math.sqrt(apart)), max(holds, math.sqrt(apart) + bound[i])
-    away += _ROUNDING_M
+    away += 1e-6  # more than distances to parts are ever rounded by
     for q in range(len(area)):
         if area[q] == 0.0:
             continue

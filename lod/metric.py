@@ -13,15 +13,15 @@ its distance d < D. Its arguments are
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from lod.arrays import frozen
 from lod.errors import InputError
 from lod.hierarchy import Hierarchy
 from lod.viewing import ViewingConditions, perceptual_limits
-
-LimitFunction = Callable[[np.ndarray, np.ndarray, float], np.ndarray]
 
 
 def blake(P: np.ndarray, R: np.ndarray, m: float) -> np.ndarray:
@@ -56,7 +56,7 @@ class Metric:
     """
 
     name: str
-    limit: LimitFunction
+    limit: Callable[[np.ndarray, np.ndarray, float], np.ndarray]
     about: str
     along_axis: bool = False
     finite: bool = True
@@ -79,9 +79,8 @@ METRICS: dict[str, Metric] = {
 MAX_CACHED = 128
 """Limit distances kept for each hierarchy: both sides of the view at every step of motion."""
 
-_Key = tuple[Metric, float, ViewingConditions | None]
-_CACHE: WeakKeyDictionary[Hierarchy, dict[_Key, np.ndarray]] = WeakKeyDictionary()
-"""Limit distances by hierarchy, oldest first; an entry goes with its hierarchy."""
+_CACHE: WeakKeyDictionary[Hierarchy, dict[Any, np.ndarray]] = WeakKeyDictionary()
+"""By hierarchy, oldest first; an entry goes with its hierarchy."""
 
 
 def limit_distances(
@@ -98,25 +97,18 @@ def limit_distances(
     """
     cached = _CACHE.setdefault(hierarchy, {})
     key = metric, m, conditions
-    if key not in cached:
-        if len(cached) >= MAX_CACHED:
-            del cached[next(iter(cached))]
-        cached[key] = _clamped_limits(hierarchy, metric, m, conditions)
-    return cached[key]
-
-
-def _clamped_limits(
-    hierarchy: Hierarchy, metric: Metric, m: float, conditions: ViewingConditions | None
-) -> np.ndarray:
+    if key in cached:
+        return cached[key]
     if not (np.isfinite(m) and m > 0):
-        raise InputError("m", m, "the detail angle is finite and above 0 rad", "check --detail")
-    D = np.asarray(metric.limit(hierarchy.P, hierarchy.R, m), np.float64)
+        raise InputError("m", m, "the detail angle is finite and above 0 rad", "check the detail")
+    D = np.array(metric.limit(hierarchy.P, hierarchy.R, m), np.float64)
     if conditions is not None and metric.finite:
         D = perceptual_limits(conditions, D, hierarchy.contrast, m)
-    D = D.copy()
     for depth in range(1, int(hierarchy.depth.max()) + 1):
         rows = np.flatnonzero(hierarchy.depth == depth)
         reach = D[hierarchy.parent[rows]] - hierarchy.separation[rows]
         D[rows] = np.maximum(0.0, np.minimum(D[rows], reach))
-    D.setflags(write=False)
-    return D
+    if len(cached) >= MAX_CACHED:
+        del cached[next(iter(cached))]
+    cached[key] = frozen(D, np.float64)
+    return cached[key]

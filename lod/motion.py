@@ -16,18 +16,15 @@ experiment ``motion`` has its planted cut about there). Even parts are meant: a 
 keeps more of its contrast, one across it less.
 The growth g of m is measured on a scale with STEPS_PER_OCTAVE steps to each octave.
 
-L is one for a whole object: the least that anything of it moves (``lod.motion``).
-
 A camera can stop between two frames, and all that its motion hid would come at once. So what is
-hidden eases: from one frame to the next the scale goes by EASE at most,
+hidden eases: from one frame to the next the scale goes by EASE_PER_FRAME at most,
 
-    step(f) = min over k of own(f + k) + EASE·|k|,
+    step(f) = min over k of own(f + k) + EASE_PER_FRAME·|k|,
 
 the largest such that is never more than the frame's own. The path of a camera is known ahead:
 detail comes back before the motion ends, and goes after it has begun. At rest it is 0, and where
-all frames are alike it is their own.
-
-The least distance that an object moves on the image while the shutter is open (§5.2).
+all frames are alike it is their own. Whatever moves is assumed to move on through the frames around
+this one as it does in this one.
 
 L is one for a whole object: the least that anything of it moves, so that all its parts have one m,
 and by the clamp of ``limit_distances`` a connected cut. It is found as a lower bound from the eye
@@ -40,14 +37,11 @@ within B of its origin and farther than n from the eye all the while, and s what
 
 α the least angle between the origin's direction and the axis of R, sin β = B/d: the first because
 the change is a Lipschitz function of the point, the second because a turn alone moves a direction
-by φ times the sine of its angle to the axis, and the rest moves it by at most (|c| + s)/n. The
-result is eased (``lod.motion``): whatever moves is assumed to move on through the frames
-around this one as it does in this one.
+by φ times the sine of its angle to the axis, and the rest moves it by at most (|c| + s)/n.
 
-The window of visibility: what moves too fast for an eye that does not follow it (§5.2).
-
-Of everything on a display the eye sees what lies below a limit in time, ω_l, and one in space, u_l,
-and next to nothing beyond either (Watson & Ahumada, "A look at motion in the frequency domain",
+**The window of visibility.** An eye that does not follow what moves has a shutter of its own. Of
+everything on a display it sees what lies below a limit in time, ω_l, and one in space, u_l, and and
+next to nothing beyond either (Watson & Ahumada, "A look at motion in the frequency domain",
 NASA TM 84352, 1983; Watson, Ahumada & Farrell, "The window of visibility", NASA TP 2211, 1983). A
 grating of frequency u that passes at r has r·u periods a second: it is out of the window from
 u = ω_l/r on. A feature of size a is half a period of u = 1/(2a), so what is smaller than
@@ -127,11 +121,8 @@ def motion_steps(
     _motion_steps(_camera_path(shutter, corner, 0), *objects, motion_step)
     most = float(motion_step.max(initial=0.0))
     if most and shutter.neighbour is not None:
-        _motion_steps(
-            _camera_path(shutter, corner, min(math.ceil(most / EASE_PER_FRAME), MAX_NEIGHBOURS)),
-            *objects,
-            motion_step,
-        )
+        near = min(math.ceil(most / EASE_PER_FRAME), MAX_NEIGHBOURS)
+        _motion_steps(_camera_path(shutter, corner, near), *objects, motion_step)
     return motion_step
 
 
@@ -160,9 +151,8 @@ def _camera_path(shutter: ShutterInterval, corner: Corner, near: int) -> _Camera
     axes = np.stack([np.stack((c.right, c.forward, c.up)) for c in cameras])
     away = (np.arange(len(every)) + 1) // 2
     later = np.array([each.open_s - shutter.open_s for each in every]) / shutter.duration_s
-    return _CameraPath(
-        eyes.reshape(-1, 2, 3), axes.reshape(-1, 2, 3, 3), EASE_PER_FRAME * away, later
-    )
+    eyes, axes = eyes.reshape(-1, 2, 3), axes.reshape(-1, 2, 3, 3)
+    return _CameraPath(eyes, axes, EASE_PER_FRAME * away, later)
 
 
 def eye_relative_to(corner: Corner, camera: Camera) -> np.ndarray:

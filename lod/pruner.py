@@ -1,8 +1,7 @@
-"""What representations hand to the pruner: batches of parts as arrays, and what shows of them.
+"""The pruner: which parts of a representation are displayed in a view (§2.4).
 
-What the pruner asks of anything that has hierarchical levels of detail.
-
-The pruner: which parts of a representation are displayed in a view (§2.4).
+A representation is anything that has hierarchical levels of detail; it hands its parts to the
+pruner in batches, as arrays.
 """
 
 from collections.abc import Callable, Sequence
@@ -60,21 +59,23 @@ class Parts:
 
     def take(self, rows: np.ndarray) -> "Parts":
         """Select the parts at ``rows`` (indices or flags)."""
-        return _gather((self,), lambda name: getattr(self, name)[rows])
+        return Parts._gather((self,), lambda name: getattr(self, name)[rows])
 
     @staticmethod
     def concatenate(batches: Sequence["Parts"]) -> "Parts":
         """Lay batches end to end; ``parent`` keeps the rows that it has in each of them."""
-        return _gather(batches, lambda k: np.concatenate([getattr(each, k) for each in batches]))
+        return Parts._gather(
+            batches, lambda name: np.concatenate([getattr(each, name) for each in batches])
+        )
 
-
-def _gather(batches: Sequence[Parts], column: Callable[[str], np.ndarray]) -> Parts:
-    """Parts with these columns; centres that are positions in every batch stay so."""
-    names = [each.name for each in fields(Parts) if each.name not in ("centre", "state")]
-    columns = {name: column(name) for name in names}
-    shared = all(each.centre is each.position for each in batches)
-    centre = columns["position"] if shared else column("centre")
-    return Parts(**columns, centre=centre, state=batches[0].state)
+    @staticmethod
+    def _gather(batches: Sequence["Parts"], column: Callable[[str], np.ndarray]) -> "Parts":
+        # Centres that are positions in every batch stay so.
+        names = [each.name for each in fields(Parts) if each.name not in ("centre", "state")]
+        columns = {name: column(name) for name in names}
+        shared = all(each.centre is each.position for each in batches)
+        centre = columns["position"] if shared else column("centre")
+        return Parts(**columns, centre=centre, state=batches[0].state)
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,12 +102,9 @@ class BlendWeights(ArrayData):
     hidden_area: FloatArray = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self) -> None:
-        if not len(self.sin_elevation):
-            object.__setattr__(self, "sin_elevation", np.zeros(len(self.inner)))
-        if not len(self.cos_azimuth):
-            object.__setattr__(self, "cos_azimuth", np.full(len(self.inner), np.nan))
-        if not len(self.hidden_area):
-            object.__setattr__(self, "hidden_area", np.ones(len(self.inner)))
+        for name, usual in (("sin_elevation", 0.0), ("cos_azimuth", np.nan), ("hidden_area", 1.0)):
+            if not len(getattr(self, name)):
+                object.__setattr__(self, name, np.full(len(self.inner), usual))
         super().__post_init__()
 
     def __len__(self) -> int:
@@ -114,8 +112,7 @@ class BlendWeights(ArrayData):
 
     def take(self, rows: np.ndarray) -> "BlendWeights":
         """Select the weights of the parts at ``rows`` (indices or flags)."""
-        columns = self.inner, self.leaf, self.sin_elevation, self.cos_azimuth, self.hidden_area
-        return BlendWeights(*(each[rows] for each in columns))
+        return BlendWeights(*(getattr(self, each.name)[rows] for each in fields(self)))
 
 
 @runtime_checkable
@@ -222,7 +219,13 @@ def prune_by_level(representation: Representation, view: View) -> Cut:
         parents.append(passed.parent + first_row)
         first_row += len(batches[-1])
         batches.append(passed)
-    parts = _by_object(replace(Parts.concatenate(batches), parent=np.concatenate(parents)))
+    parts = replace(Parts.concatenate(batches), parent=np.concatenate(parents))
+    # Object by object, those of each in the order they have.
+    order = np.argsort(parts.object, kind="stable")
+    row = np.empty(len(order), np.int64)
+    row[order] = np.arange(len(order))
+    parts = parts.take(order)
+    parts = replace(parts, parent=np.where(parts.parent < 0, -1, row[parts.parent]))
     return cut_from_parts(parts, examined_objects, examined_parts)
 
 
@@ -230,12 +233,3 @@ def cut_from_parts(parts: Parts, examined_objects: int, examined_parts: int) -> 
     """Return the cut of parts whose columns are loaded already."""
     columns = (parts.object, parts.part, parts.level, parts.parent)
     return Cut(*columns, examined_objects, examined_parts, lambda: parts)
-
-
-def _by_object(parts: Parts) -> Parts:
-    """The same parts, object by object, those of each in the order they have."""
-    order = np.argsort(parts.object, kind="stable")
-    row = np.empty(len(order), np.int64)
-    row[order] = np.arange(len(order))
-    ordered = parts.take(order)
-    return replace(ordered, parent=np.where(ordered.parent < 0, -1, row[ordered.parent]))

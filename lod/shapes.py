@@ -1,8 +1,7 @@
-"""The sticks of every part of an object as one table: round cones, part after part.
+"""What parts look like: sticks and triangle meshes, as tables part by part and as batched shapes.
 
-The triangle meshes of every part of an object as one table, part after part.
-
-The two batched shapes that a frame is made of: sticks and triangles, and both together.
+Sticks are round cones with round ends. A table holds the shapes of every part of an object, part
+after part; a frame is made of the two batched shapes, sticks and triangles, and both together.
 """
 
 from collections.abc import Sequence
@@ -11,7 +10,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from lod.arrays import ArrayData, Flags, FloatArray, IntArray, Reals, check_columns
+from lod.arrays import ArrayData, Flags, FloatArray, IntArray, Ints, Reals, check_columns
 from lod.errors import InputError
 
 Table = TypeVar("Table", bound="StickTable")
@@ -43,7 +42,17 @@ class StickTable(ArrayData):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        _check(self)
+        k, first = len(self.tint), self.first
+        points, reals = dict.fromkeys(("start", "end"), (k, 3)), ("start_radius", "end_radius")
+        check_columns("sticks", self, **points, **dict.fromkeys(reals, (k,)))
+        rises = first.ndim == 1 and len(first) and first[0] == 0 and np.all(np.diff(first) >= 0)
+        if not rises or first[-1] != k:
+            raise InputError("sticks.first", first, f"rises from 0 to the number of sticks, {k}")
+        for name in reals:
+            if k and getattr(self, name).min() <= 0:
+                raise InputError(f"sticks.{name}", float(getattr(self, name).min()), "above 0 m")
+        if k and self.tint.min() < 0:
+            raise InputError("sticks.tint", int(self.tint.min()), "a row of the tints, at least 0")
 
     def __len__(self) -> int:
         return len(self.tint)
@@ -105,33 +114,13 @@ class StickTable(ArrayData):
 
     def thickened(self: Table, factor: Reals) -> Table:
         """Return the table with both radii of each stick multiplied by its factor, (k,)."""
-        radii = self.start_radius * factor, self.end_radius * factor
-        return replace(self, start_radius=radii[0], end_radius=radii[1])
+        thicker = {k: getattr(self, k) * factor for k in ("start_radius", "end_radius")}
+        return replace(self, **thicker)
 
     def scaled(self: Table, factor: float) -> Table:
         """Return the table with every length multiplied by ``factor``."""
         names = ("start", "end", "start_radius", "end_radius")
         return replace(self, **{name: getattr(self, name) * factor for name in names})
-
-
-def _check(table: StickTable) -> None:
-    k = len(table.tint)
-    points = {"start": (k, 3), "end": (k, 3)}
-    check_columns("sticks", table, **points, start_radius=(k,), end_radius=(k,))
-    first = table.first
-    if (
-        first.ndim != 1
-        or len(first) == 0
-        or first[0] != 0
-        or first[-1] != k
-        or np.any(np.diff(first) < 0)
-    ):
-        raise InputError("sticks.first", first, f"rises from 0 to the number of sticks, {k}")
-    for name in ("start_radius", "end_radius"):
-        if k and getattr(table, name).min() <= 0:
-            raise InputError(f"sticks.{name}", float(getattr(table, name).min()), "above 0 m")
-    if k and table.tint.min() < 0:
-        raise InputError("sticks.tint", int(table.tint.min()), "a row of the tints, at least 0")
 
 
 _PER_VERTEX = ("vertices", "normals", "colours")
@@ -161,7 +150,18 @@ class MeshTable(ArrayData):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        _check_mesh_table(self)
+        v, f = len(self.vertices), len(self.faces)
+        check_columns("meshes", self, faces=(f, 3), **dict.fromkeys(_PER_VERTEX, (v, 3)))
+        for name, size in (("first_vertex", v), ("first_face", f)):
+            first = getattr(self, name)
+            rises = first.ndim == 1 and len(first) and first[0] == 0 and np.all(np.diff(first) >= 0)
+            if not rises or first[-1] != size or len(first) != len(self.first_vertex):
+                raise InputError(f"meshes.{name}", first, f"rises from 0 to {size}, part by part")
+        low, high = (self.first_vertex[k : len(self.count) + k][self.owner] for k in (0, 1))
+        if f and (np.any(self.faces < low[:, None]) or np.any(self.faces >= high[:, None])):
+            raise InputError("meshes.faces", "a corner of another part", "rows of its own vertices")
+        if v and not (self.colours.min() >= 0 and self.colours.max() <= 1):
+            raise InputError("meshes.colours", "an albedo outside 0 to 1", "linear Rec.709, 0 to 1")
 
     def __len__(self) -> int:
         return len(self.faces)
@@ -216,40 +216,40 @@ class MeshTable(ArrayData):
     @staticmethod
     def of(meshes: Sequence["Mesh | None"]) -> "MeshTable":
         """Lay the meshes of parts end to end; None is a part without a mesh."""
-        own = [each for each in meshes if each is not None]
         vertices = [0 if each is None else len(each.vertices) for each in meshes]
         faces = [0 if each is None else len(each.faces) for each in meshes]
         first_vertex = np.concatenate(([0], np.cumsum(vertices, dtype=np.int64)))
-        start = first_vertex[:-1][[each is not None for each in meshes]]
-        none = np.zeros((0, 3))
-        columns = {
-            key: np.concatenate([none, *(getattr(each, key) for each in own)])
-            for key in _PER_VERTEX
-        }
-        rows = [each.faces + row for each, row in zip(own, start.tolist(), strict=True)]
-        return MeshTable(
-            first_vertex,
-            np.concatenate(([0], np.cumsum(faces, dtype=np.int64))),
-            **columns,
-            faces=np.concatenate([none.astype(np.int64), *rows]),
-        )
+        first_face = np.concatenate(([0], np.cumsum(faces, dtype=np.int64)))
+        own = [each for each in meshes if each is not None]
+        starts = first_vertex[:-1][[each is not None for each in meshes]]
+        return MeshTable._joined(first_vertex, first_face, own, starts.tolist())
 
     @staticmethod
     def concatenate(tables: Sequence["MeshTable"]) -> "MeshTable":
         """Lay tables end to end: the parts of one follow those of the one before."""
-        vertices = np.cumsum([0] + [len(each.vertices) for each in tables]).tolist()
-        faces = np.cumsum([0] + [len(each) for each in tables]).tolist()
-        starts = [
-            each.first_vertex[:-1] + row for each, row in zip(tables, vertices[:-1], strict=True)
-        ]
-        firsts = [each.first_face[:-1] + row for each, row in zip(tables, faces[:-1], strict=True)]
-        rows = [each.faces + row for each, row in zip(tables, vertices[:-1], strict=True)]
-        return MeshTable(
-            np.append(np.concatenate(starts), vertices[-1]),
-            np.append(np.concatenate(firsts), faces[-1]),
-            **{key: np.concatenate([getattr(each, key) for each in tables]) for key in _PER_VERTEX},
-            faces=np.concatenate(rows),
+        vertices = np.cumsum([0] + [len(each.vertices) for each in tables])
+        faces = np.cumsum([0] + [len(each) for each in tables])
+        first_vertex = [t.first_vertex[:-1] + row for t, row in zip(tables, vertices, strict=False)]
+        first_face = [t.first_face[:-1] + row for t, row in zip(tables, faces, strict=False)]
+        return MeshTable._joined(
+            np.concatenate((*first_vertex, vertices[-1:])),
+            np.concatenate((*first_face, faces[-1:])),
+            tables,
+            vertices[:-1].tolist(),
         )
+
+    @staticmethod
+    def _joined(
+        first_vertex: Ints,
+        first_face: Ints,
+        pieces: Sequence["Mesh | MeshTable"],
+        starts: Sequence[int],
+    ) -> "MeshTable":
+        none = np.zeros((0, 3))
+        columns = {k: np.concatenate([none, *(getattr(p, k) for p in pieces)]) for k in _PER_VERTEX}
+        faces = [piece.faces + row for piece, row in zip(pieces, starts, strict=True)]
+        joined = np.concatenate([none.astype(np.int64), *faces])
+        return MeshTable(first_vertex, first_face, **columns, faces=joined)
 
     def scaled(self, factor: float) -> "MeshTable":
         """Return the table with every length multiplied by ``factor``."""
@@ -271,22 +271,6 @@ def triangle_areas(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     areas: np.ndarray = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
     return areas
-
-
-def _check_mesh_table(table: MeshTable) -> None:
-    v, f = len(table.vertices), len(table.faces)
-    points = dict.fromkeys(_PER_VERTEX, (v, 3))
-    check_columns("meshes", table, faces=(f, 3), **points)
-    for name, size in (("first_vertex", v), ("first_face", f)):
-        first = getattr(table, name)
-        rises = first.ndim == 1 and len(first) and first[0] == 0 and np.all(np.diff(first) >= 0)
-        if not rises or first[-1] != size or len(first) != len(table.first_vertex):
-            raise InputError(f"meshes.{name}", first, f"rises from 0 to {size}, part by part")
-    low, high = (table.first_vertex[k : len(table.count) + k][table.owner] for k in (0, 1))
-    if f and (np.any(table.faces < low[:, None]) or np.any(table.faces >= high[:, None])):
-        raise InputError("meshes.faces", "a corner of another part", "rows of its own vertices")
-    if v and not (table.colours.min() >= 0 and table.colours.max() <= 1):
-        raise InputError("meshes.colours", "an albedo outside 0 to 1", "linear Rec.709, 0 to 1")
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,13 +1,7 @@
-"""A view: a camera, a metric and a detail, and with them the one test of every part.
+"""A view: a camera, a metric and a detail, and with them the one test of every part, d < D (§2.4).
 
-Distance and visibility of points and spheres in a view: the arrays' form of the pruner's test.
-
-``lod.view`` is the compiled form of the same arithmetic, in the same order.
-
-The compiled test of the metric, d < D, for every compiled traversal (§2.4).
-
-The arithmetic and its order are those of ``lod.pruner.displayed``, in float64, so that both
-agree to the last bit. Whether a part is in view is computed only where that decides.
+The test has two forms, on arrays and compiled for one point. Their arithmetic and its order are the
+same, in float64, so that both agree to the last bit.
 """
 
 import math
@@ -53,25 +47,25 @@ class View:
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.detail) and self.detail > 0):
-            raise InputError("detail", self.detail, "a threshold above 0 px", "try --detail 1.0")
+            raise InputError("detail", self.detail, "a threshold above 0 px", "try 1.0")
         if not 0 < self.offscreen_detail <= 1:
             raise InputError("offscreen_detail", self.offscreen_detail, "above 0, at most 1")
         if not 0 <= self.fade < 1:
             raise InputError("fade", self.fade, "at least 0, below 1", "try 0.2")
         if self.look_around and self.metric.along_axis:
             raise InputError("metric", self.metric.name, "needs a view axis, not a full turn")
-        if self.conditions is not None and self.conditions.widths.pixel != self.camera.pixel_angle:
-            arrived = self.conditions.widths.pixel
+        pixel = self.camera.pixel_angle if self.conditions is None else self.conditions.widths.pixel
+        if pixel != self.camera.pixel_angle:
             raise InputError(
-                "conditions.widths.pixel", arrived, "the angle of the camera's own pixel"
+                "conditions.widths.pixel", pixel, "the angle of the camera's own pixel"
             )
 
     @property
     def theta(self) -> float:
         """Return θ of one pixel, or of all blurs together but that of motion (§2.1) [rad]."""
-        return (
-            self.camera.pixel_angle if self.conditions is None else self.conditions.widths.effective
-        )
+        if self.conditions is None:
+            return self.camera.pixel_angle
+        return self.conditions.widths.effective
 
     @property
     def m(self) -> float:
@@ -94,11 +88,12 @@ class View:
         """
         inside = limit_distances(hierarchy, self.metric, self.m, self.conditions)
         if motion_step and self.metric.finite:
-            m, conditions = (
-                self.m * motion_coarsening(motion_step),
-                self._conditions_in_motion(motion_step),
-            )
-            inside = np.minimum(inside, limit_distances(hierarchy, self.metric, m, conditions))
+            coarser, conditions = motion_coarsening(motion_step), self.conditions
+            if conditions is not None:  # θ_motion is the even blur of the same m
+                motion = self.theta * math.sqrt(coarser**2 - 1)
+                conditions = replace(conditions, widths=replace(conditions.widths, motion=motion))
+            moving = limit_distances(hierarchy, self.metric, self.m * coarser, conditions)
+            inside = np.minimum(inside, moving)
         if self.metric.along_axis:
             return self.for_both_eyes(inside), np.zeros_like(inside)
         outside = limit_distances(hierarchy, self.metric, self.m_offscreen, self.conditions)
@@ -114,22 +109,6 @@ class View:
             return limits
         return np.where(limits > 0, limits + self.camera.baseline_m / 2, 0.0)
 
-    def _conditions_in_motion(self, motion_step: int) -> ViewingConditions | None:
-        """What is looked through while things move: θ_motion is the even blur of the same m."""
-        if self.conditions is None:
-            return None
-        motion = self.theta * math.sqrt(motion_coarsening(motion_step) ** 2 - 1)
-        return replace(self.conditions, widths=replace(self.conditions.widths, motion=motion))
-
-
-def dot(offset: np.ndarray, axis: np.ndarray) -> np.ndarray:
-    """Compute the dot products of vectors (n, 3) with one axis (3,), (n,).
-
-    The sum runs from x to z whatever n is: one point gives the same bits in any batch, and the bits
-    of ``lod.view``.
-    """
-    return offset[:, 0] * axis[0] + offset[:, 1] * axis[1] + offset[:, 2] * axis[2]
-
 
 def distance(view: View, position: np.ndarray) -> np.ndarray:
     """Compute d of points (n, 3) from the eye, or along the axis if the metric says so, (n,) [m].
@@ -138,20 +117,8 @@ def distance(view: View, position: np.ndarray) -> np.ndarray:
     """
     offset = position - view.camera.eye
     if view.metric.along_axis:
-        return np.maximum(dot(offset, view.camera.forward), 0.0)
+        return np.maximum(_dot(offset, view.camera.forward), 0.0)
     return np.sqrt(offset[:, 0] ** 2 + offset[:, 1] ** 2 + offset[:, 2] ** 2)
-
-
-def search_radius(view: View, limit: float, bound: float) -> float:
-    """Compute the greatest true distance at which something in view can pass its test [m].
-
-    Along the axis it can be D deep and still lie aside of it, by D·tan + B·√(1 + tan²) on each
-    axis.
-    """
-    if not view.metric.along_axis:
-        return limit
-    aside = [limit * tan + bound * math.hypot(1.0, tan) for tan in view.camera.tan_half]
-    return math.hypot(limit, *aside)
 
 
 def in_view(view: View, centre: np.ndarray, radius: np.ndarray) -> np.ndarray:
@@ -168,43 +135,51 @@ def in_view(view: View, centre: np.ndarray, radius: np.ndarray) -> np.ndarray:
         return np.ones(len(centre), bool)
     camera, offset = view.camera, centre - view.camera.eye
     radius = radius + camera.baseline_m / 2
-    tan_x, tan_y = camera.tan_half
-    ahead = dot(offset, camera.forward)
+    ahead = _dot(offset, camera.forward)
     seen = ahead > -radius
-    for axis, tangent in ((camera.right, tan_x), (camera.up, tan_y)):
-        aside, length = dot(offset, axis), math.hypot(1.0, tangent)
+    for axis, tangent in zip((camera.right, camera.up), camera.tan_half, strict=True):
+        aside, length = _dot(offset, axis), math.hypot(1.0, tangent)
         seen &= (ahead * tangent - np.abs(aside)) / length > -radius
     return seen
+
+
+def _dot(offset: np.ndarray, axis: np.ndarray) -> np.ndarray:
+    # Summed from x to z whatever n is: one point has the same bits in any batch and compiled.
+    return offset[:, 0] * axis[0] + offset[:, 1] * axis[1] + offset[:, 2] * axis[2]
+
+
+def search_radius(view: View, limit: float, bound: float) -> float:
+    """Compute the greatest true distance at which something in view can pass its test [m].
+
+    Along the axis it can be D deep and still lie aside of it, by D·tan + B·√(1 + tan²) on each
+    axis.
+    """
+    if not view.metric.along_axis:
+        return limit
+    aside = [limit * tan + bound * math.hypot(1.0, tan) for tan in view.camera.tan_half]
+    return math.hypot(limit, *aside)
 
 
 ENTRY_SHARE = 0.25
 """Share of its diameter with which a sphere has entered the view: what it holds fills little of it,
 and would be seen thin along the picture's edges if that took longer."""
 
+Triple = tuple[float, float, float]
+
 
 class CompiledView(NamedTuple):
     """A view as compiled traversals read it: the eye, the camera's axes, and the view frustum.
 
-    ``tan`` is the tangent of half the field of view on each axis, ``length`` is √(1 + tan²), and
-    ``aside`` how far either of two eyes is from the middle.
+    tan     tangents of half the field of view on both axes; length: √(1 + tan²)
+    aside   how far either of two eyes is from the middle [m]
     """
 
-    eye_x: float
-    eye_y: float
-    eye_z: float
-    forward_x: float
-    forward_y: float
-    forward_z: float
-    right_x: float
-    right_y: float
-    right_z: float
-    up_x: float
-    up_y: float
-    up_z: float
-    tan_x: float
-    tan_y: float
-    length_x: float
-    length_y: float
+    eye: Triple
+    forward: Triple
+    right: Triple
+    up: Triple
+    tan: tuple[float, float]
+    length: tuple[float, float]
     along_axis: bool
     look_around: bool
     aside: float
@@ -213,72 +188,75 @@ class CompiledView(NamedTuple):
 def compile_view(view: View) -> CompiledView:
     """Return what compiled traversals need of a view."""
     camera = view.camera
-    x, y, z = camera.eye.tolist()
-    axes = camera.forward.tolist(), camera.right.tolist(), camera.up.tolist()
-    (fx, fy, fz), (rx, ry, rz), (ux, uy, uz) = axes
     tan_x, tan_y = camera.tan_half
-    sides = tan_x, tan_y, math.hypot(1.0, tan_x), math.hypot(1.0, tan_y)
-    rules = view.metric.along_axis, view.look_around
-    aside = camera.baseline_m / 2
-    return CompiledView(x, y, z, fx, fy, fz, rx, ry, rz, ux, uy, uz, *sides, *rules, aside)
+    return CompiledView(
+        _triple(camera.eye),
+        _triple(camera.forward),
+        _triple(camera.right),
+        _triple(camera.up),
+        (tan_x, tan_y),
+        (math.hypot(1.0, tan_x), math.hypot(1.0, tan_y)),
+        view.metric.along_axis,
+        view.look_around,
+        camera.baseline_m / 2,
+    )
+
+
+def _triple(values: np.ndarray) -> Triple:
+    x, y, z = values.tolist()
+    return x, y, z
 
 
 @njit(cache=True)
 def distance_to(s, x, y, z):  # type: ignore[no-untyped-def]
-    """Return ``view_geometry.distance`` of one point [m]."""
-    x, y, z = x - s.eye_x, y - s.eye_y, z - s.eye_z
+    """Compute ``distance`` of one point [m]."""
+    x, y, z = x - s.eye[0], y - s.eye[1], z - s.eye[2]
     if s.along_axis:
-        return max(x * s.forward_x + y * s.forward_y + z * s.forward_z, 0.0)
+        return max(x * s.forward[0] + y * s.forward[1] + z * s.forward[2], 0.0)
     return math.sqrt(x * x + y * y + z * z)
 
 
 @njit(cache=True)
 def sphere_in_frustum(s, x, y, z, radius):  # type: ignore[no-untyped-def]
-    """Return ``view_geometry.in_view`` of one sphere."""
+    """Tell ``in_view`` of one sphere."""
     if s.look_around:
         return True
     radius += s.aside
-    x, y, z = x - s.eye_x, y - s.eye_y, z - s.eye_z
-    ahead = x * s.forward_x + y * s.forward_y + z * s.forward_z
+    x, y, z = x - s.eye[0], y - s.eye[1], z - s.eye[2]
+    ahead = x * s.forward[0] + y * s.forward[1] + z * s.forward[2]
     if not ahead > -radius:
         return False
-    aside = abs(x * s.right_x + y * s.right_y + z * s.right_z)
-    if not (ahead * s.tan_x - aside) / s.length_x > -radius:
+    aside = abs(x * s.right[0] + y * s.right[1] + z * s.right[2])
+    if not (ahead * s.tan[0] - aside) / s.length[0] > -radius:
         return False
-    above = abs(x * s.up_x + y * s.up_y + z * s.up_z)
-    return (ahead * s.tan_y - above) / s.length_y > -radius
-
-
-@njit(cache=True)
-def frustum_margin(s, x, y, z):  # type: ignore[no-untyped-def]
-    """Compute how far a point is from the nearest plane of the frustum, above 0 inside [m].
-
-    Plane by plane as ``sphere_in_frustum``: a sphere is seen while this is above minus its radius.
-    """
-    if s.look_around:
-        return math.inf
-    x, y, z = x - s.eye_x, y - s.eye_y, z - s.eye_z
-    ahead = x * s.forward_x + y * s.forward_y + z * s.forward_z
-    aside = abs(x * s.right_x + y * s.right_y + z * s.right_z)
-    above = abs(x * s.up_x + y * s.up_y + z * s.up_z)
-    across = (ahead * s.tan_x - aside) / s.length_x
-    return min(ahead, across, (ahead * s.tan_y - above) / s.length_y)
+    above = abs(x * s.up[0] + y * s.up[1] + z * s.up[2])
+    return (ahead * s.tan[1] - above) / s.length[1] > -radius
 
 
 @njit(cache=True)
 def entry_fraction(s, x, y, z, radius):  # type: ignore[no-untyped-def]
     """Compute the share of its entry that a sphere in the frustum has made, 0 to 1.
 
-    The entry is complete once ENTRY_SHARE of the sphere's diameter is inside the pyramid of view.
+    The entry is complete once ENTRY_SHARE of the sphere's diameter is inside the pyramid of view:
+    plane by plane as in ``sphere_in_frustum``.
     """
     if s.look_around or radius <= 0.0:
         return 1.0
-    return min((frustum_margin(s, x, y, z) + s.aside + radius) / (2.0 * ENTRY_SHARE * radius), 1.0)
+    x, y, z = x - s.eye[0], y - s.eye[1], z - s.eye[2]
+    ahead = x * s.forward[0] + y * s.forward[1] + z * s.forward[2]
+    aside = abs(x * s.right[0] + y * s.right[1] + z * s.right[2])
+    above = abs(x * s.up[0] + y * s.up[1] + z * s.up[2])
+    across = (ahead * s.tan[0] - aside) / s.length[0]
+    margin = min(ahead, across, (ahead * s.tan[1] - above) / s.length[1])
+    return min((margin + s.aside + radius) / (2.0 * ENTRY_SHARE * radius), 1.0)
 
 
 @njit(cache=True)
 def is_displayed(s, x, y, z, bound, limit, limit_offscreen):  # type: ignore[no-untyped-def]
-    """Tell whether a part is displayed: d < D, with the coarser D for what is out of view."""
+    """Tell whether a part is displayed: d < D, with the coarser D for what is out of view.
+
+    Whether it is in view is computed only where that decides.
+    """
     d = distance_to(s, x, y, z)
     inside, outside = d < limit, d < limit_offscreen
     return inside if inside == outside or sphere_in_frustum(s, x, y, z, bound) else outside

@@ -1,21 +1,23 @@
-"""Blur adds in quadrature: the widths of pixel, eye, atmosphere and motion, and their sum (§2.1).
+"""What stands between a scene and whoever looks at its picture: blur, air, lens and eye (§2.1).
 
-The variance of a convolution is the sum of the variances (Bracewell, "The Fourier Transform and Its
-Applications", ch. 8), so θ_eff² = θ_pixel² + θ_eye² + θ_atmosphere² + θ_motion² where each θ is a
-full width √12·σ: that of the box with the same variance, so a box pixel has its own width. In
-quadrature nothing has to be Gaussian; as a transfer function each blur is taken for the Gaussian of
-its variance.
+A view carries its viewing conditions. They give the weighted distance W(d) ≥ d of each class of
+inherent contrast, which says how much farther they make parts seem, and so the limit distances
+D = W⁻¹(D in clear air with an ideal eye).
 
-The weighted distance W(d) ≥ d: how much farther air, eye and display make parts seem (§2.1).
+**Blur adds in quadrature.** The variance of a convolution is the sum of the variances (Bracewell,
+"The Fourier Transform and Its Applications", ch. 8), so θ_eff² = θ_pixel² + θ_eye² +
+θ_atmosphere² + θ_motion² where each θ is a full width √12·σ: that of the box with the same
+variance, so a box pixel has its own width. In quadrature nothing has to be Gaussian; as a transfer
+function each blur is taken for the Gaussian of its variance.
 
-**The definition.** A part whose limit distance in clear air is D_c has, at the metric's limit, a
-size s = m·D_c. At distance d it is an angle s/d at the camera, on the display a half-period of
-frequency f = 1/(2·angle), and the air has left it a contrast C₀·exp(−βd) (Koschmieder, 1924).
-Pixel, seeing and motion leave of that the share M(f) (``gaussian_transfer``); the eye's own blur is
-inside its sensitivity S(f), and would count twice in M. It is seen while C₀·exp(−βd)·M(f)·S(f) > 1.
-Let E be the decreasing envelope of M·S, and f_s(d) the highest frequency f that still has
-C₀·exp(−βd)·E(f) ≥ 1. Then the part is displayed while its angle exceeds m (the metric) *and* that
-of f_s (what the viewer resolves):
+**The weighted distance.** A part whose limit distance in clear air is D_c has, at the metric's
+limit, a size s = m·D_c. At distance d it is an angle s/d at the camera, on the display a
+half-period of frequency f = 1/(2·angle), and the air has left it a contrast C₀·exp(−βd)
+(Koschmieder, 1924). Pixel, seeing and motion leave of that the share M(f) (``gaussian_transfer``);
+the eye's own blur is inside its sensitivity S(f), and would count twice in M. It is seen while
+C₀·exp(−βd)·M(f)·S(f) > 1. Let E be the decreasing envelope of M·S, and f_s(d) the highest frequency
+f that still has C₀·exp(−βd)·E(f) ≥ 1. Then the part is displayed while its angle exceeds m (the
+metric) *and* that of f_s (what the viewer resolves):
 
     s/d > m·max(1, f_m/f_s(d)),    f_m the frequency of the angle m,    so    D_c > W(d),
 
@@ -34,40 +36,25 @@ and straight lines between. So W/d at a knot is one step of frequency late, and 
 between theirs: the table is nowhere above the curve, so that nothing visible is dropped, and below
 it by at most two steps of frequency, under 1 %.
 
-Defocus: one more blur of the cascade, which depends on the distance, and what it hides (§2.1).
-
-A thin lens spreads a point at distance z along its axis over a disc of the angle A·|1/z − 1/s|. A
-uniform disc of diameter a has the standard deviation a/4 on each axis (Bracewell, "The Fourier
-Transform and Its Applications", ch. 8), so its full width √12·σ is DISC_WIDTH·a = (√3/2)·a, and
+**Defocus** is one more blur, which depends on the distance. A thin lens spreads a point at distance
+z along its axis over a disc of the angle A·|1/z − 1/s|. A uniform disc of diameter a has the
+standard deviation a/4 on each axis (Bracewell, ch. 8), so its full width √12·σ is
+DISC_WIDTH·a = (√3/2)·a, and
 
     θ_eff(d)² = θ² + θ_defocus(d)²,    θ all other blurs together,
 
-is to the metric a weighted distance: P + R > τ·θ_eff(d)·d while D_c > W(d) = d·θ_eff(d)/θ.
-
-**The picture's corners.** The lens is focused on a plane, and the metric measures d along the ray:
-what is seen at distance d is between z = d·cos φ and z = d, φ the angle from the axis to the
-picture's corner. Nothing visible may be dropped, so that θ_defocus(d) is the least over these:
+is to the metric a weighted distance: P + R > τ·θ_eff(d)·d while D_c > W(d) = d·θ_eff(d)/θ. The lens
+is focused on a plane, and the metric measures d along the ray: what is seen at distance d is
+between z = d·cos φ and z = d, φ the angle from the axis to the picture's corner. Nothing visible
+may be dropped, so that θ_defocus(d) is the least over these:
 
     (√3/2)·A·max(1/d − 1/s, 1/s − k/d, 0),    k = 1/cos φ.
 
-**Near the eye** W does not increase: what is nearer than the focus is blurred more the nearer it
-is. With q = (√3/2)·A/θ and p = 1/s, W² = d² + q²(1 − p·d)² is least at d* = q²p/(1 + q²p²) < s. A
-limit distance needs an increasing W, and the largest one below it is W(d*) for all d < d*: parts
-for which D_c > W(d*) are displayed all the way to the eye as if they were at d*, and all others
-never. From d* on the limit D = W⁻¹(D_c) is the larger root of a quadratic equation.
-
-What stands between a scene and whoever looks at its picture: air, lens, display and eye (§2.1).
-
-A view carries its viewing conditions. They give the weighted distance W(d) of each class of
-inherent contrast, and so the limit distances D = W⁻¹(D in clear air with an ideal eye).
-
-A picture has two kinds of viewer, so there are two readings:
-
-acuity      An eye looks at the picture on the stated display. Its blur counts in θ_eff, and what is
-            too fine for the contrast it has left is gone (``weighted_distance``).
-no acuity   Nobody knows who will look, or how closely. Every detail stays as fine as asked; only
-            what the air has left too little contrast to be seen *at any size* is gone: past the d
-            where C₀·exp(−βd)·max S = 1, S the standard observer's sensitivity on the display.
+Near the eye W does not increase: what is nearer than the focus is blurred more the nearer it is.
+With q = (√3/2)·A/θ and p = 1/s, W² = d² + q²(1 − p·d)² is least at d* = q²p/(1 + q²p²) < s. A limit
+distance needs an increasing W, and the largest one below it is W(d*) for all d < d*: parts for
+which D_c > W(d*) are displayed all the way to the eye as if they were at d*, and all others never.
+From d* on the limit D = W⁻¹(D_c) is the larger root of a quadratic equation.
 """
 
 import math
@@ -76,13 +63,10 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from lod.arrays import Ints, Reals, freeze
+from lod.arrays import ArrayData, FloatArray, Ints, Reals
 from lod.camera import ThinLens
 from lod.errors import InputError
 from lod.eye import CONTRAST_CLASSES, Display, Eye, envelope, optical_sigma, sensitivity
-
-FULL_WIDTH = math.sqrt(12.0)
-"""Full width of a box over its standard deviation."""
 
 
 @dataclass(frozen=True)
@@ -141,7 +125,7 @@ def eye_width(display: Display, eye: Eye) -> float:
 
     Barten's optical transfer function is exp(−2π²σ²f²), a Gaussian (1999, ch. 3).
     """
-    return FULL_WIDTH * math.radians(optical_sigma(display, eye))
+    return math.sqrt(12.0) * math.radians(optical_sigma(display, eye))
 
 
 def gaussian_transfer(width: float, frequency: Reals) -> Reals:
@@ -158,7 +142,7 @@ MIN_EXTINCTION = 1e-15
 
 
 @dataclass(frozen=True, eq=False)
-class WeightedDistance:
+class WeightedDistance(ArrayData):
     """W as a table: straight lines between knots, one of slope ``beyond`` after the last.
 
     distance (k,) d of the knots [m], from 0, increasing
@@ -166,12 +150,12 @@ class WeightedDistance:
     beyond   slope after the last knot, at least 1; infinite where nothing is seen past it
     """
 
-    distance: np.ndarray
-    weighted: np.ndarray
+    distance: FloatArray
+    weighted: FloatArray
     beyond: float
 
     def __post_init__(self) -> None:
-        freeze(self, distance=np.float64, weighted=np.float64)
+        super().__post_init__()
         d, w = self.distance, self.weighted
         if d.shape != w.shape or d.ndim != 1 or d[:1].tolist() + w[:1].tolist() != [0.0, 0.0]:
             raise InputError("W", (d.shape, w.shape), "two columns of knots that start at (0, 0)")
@@ -192,30 +176,34 @@ class WeightedDistance:
 
     def weight(self, distance: Reals) -> Reals:
         """Compute W of each distance, (n,) [m]; it is infinite past ``vanishing_distance``."""
-        _refuse_negative("d", distance)
-        row = np.searchsorted(self.distance, distance, side="right") - 1
+        row, after = self._interval(distance, self.distance, self.weighted)
         further = distance - self.distance[row]
         rise = np.where(further > 0, self.slope[row], 0.0) * np.where(further > 0, further, 1.0)
-        weighted = self.weighted[row] + rise
-        return np.maximum(distance, np.minimum(weighted, _next(self.weighted, row)))
+        return np.maximum(distance, np.minimum(self.weighted[row] + rise, after))
 
     def inverse(self, weighted: Reals) -> Reals:
         """Compute the d of each W, (n,) [m], at most ``vanishing_distance``.
 
         The d of a limit distance in clear air is the limit distance through air and eye.
         """
-        _refuse_negative("W", weighted)
-        row = np.searchsorted(self.weighted, weighted, side="right") - 1
+        row, after = self._interval(weighted, self.weighted, self.distance)
         slope = self.slope[row]
         further = np.where(np.isinf(slope), 0.0, weighted - self.weighted[row]) / slope
-        distance = self.distance[row] + further
-        return np.minimum(weighted, np.minimum(distance, _next(self.distance, row)))
+        return np.minimum(weighted, np.minimum(self.distance[row] + further, after))
+
+    @staticmethod
+    def _interval(
+        values: Reals, knots: np.ndarray, others: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Knots that the values follow, and what the other column has at the next one."""
+        if not (values >= 0).all():
+            raise InputError("W", "a negative number or NaN", "distances are at least 0 m")
+        row = np.searchsorted(knots, values, side="right") - 1
+        return row, np.append(others, math.inf)[row + 1]
 
 
 UNWEIGHTED = WeightedDistance(np.zeros(1), np.zeros(1), 1.0)
 """W(d) = d, to the last bit, for an ideal eye or a contrast that no air can take away."""
-
-_NEVER_SEEN = WeightedDistance(np.zeros(1), np.zeros(1), math.inf)
 
 
 @lru_cache(maxsize=256)
@@ -233,7 +221,12 @@ def weighted_distance(
     display shows a pixel under an angle of its own. An ``eye`` of None is ideal. Raises InputError
     for a contrast that is not above 0, β below 0 or m not above 0.
     """
-    _check(contrast, extinction, m)
+    if not contrast > 0:
+        raise InputError("contrast", contrast, "above 0", "use contrast_class")
+    if not (math.isfinite(extinction) and extinction >= 0):
+        raise InputError("extinction", extinction, "finite and at least 0 /m")
+    if not (math.isfinite(m) and m > 0):
+        raise InputError("m", m, "the detail angle is finite and above 0 rad", "check the detail")
     if eye is None or math.isinf(contrast):
         return UNWEIGHTED
     table = sensitivity(display, eye)
@@ -247,10 +240,14 @@ def weighted_distance(
     growth = np.maximum(1.0, f_m / np.concatenate(([math.inf], frequency[:-1])))
     visible = fades > 0
     if not visible.any():
-        return _NEVER_SEEN
+        return WeightedDistance(np.zeros(1), np.zeros(1), math.inf)
+    growth = growth[visible]
     if extinction < MIN_EXTINCTION:
-        return WeightedDistance(np.zeros(1), np.zeros(1), float(growth[visible][0]))
-    return _table(fades[visible] / extinction, growth[visible])
+        return WeightedDistance(np.zeros(1), np.zeros(1), float(growth[0]))
+    distance = fades[visible] / extinction
+    new = np.diff(distance, prepend=0.0) > 0
+    knots = np.concatenate(([0.0], distance[new]))
+    return WeightedDistance(knots, knots * np.concatenate(([1.0], growth[new])), math.inf)
 
 
 def display_frequency(m: float, widths: BlurWidths, display: Display) -> float:
@@ -258,32 +255,7 @@ def display_frequency(m: float, widths: BlurWidths, display: Display) -> float:
 
     The feature covers m/θ_pixel pixels there, and is half a period: f = 1/(2·angle).
     """
-    angle_deg = math.degrees(m / widths.pixel * display.pixel_angle)
-    return 1 / (2 * angle_deg)
-
-
-def _table(distance: np.ndarray, growth: np.ndarray) -> WeightedDistance:
-    new = np.diff(distance, prepend=0.0) > 0
-    knots = np.concatenate(([0.0], distance[new]))
-    return WeightedDistance(knots, knots * np.concatenate(([1.0], growth[new])), math.inf)
-
-
-def _next(knots: np.ndarray, row: np.ndarray) -> np.ndarray:
-    return np.append(knots, math.inf)[row + 1]
-
-
-def _check(contrast: float, extinction: float, m: float) -> None:
-    if not contrast > 0:
-        raise InputError("contrast", contrast, "above 0", "use contrast_class")
-    if not (math.isfinite(extinction) and extinction >= 0):
-        raise InputError("extinction", extinction, "finite and at least 0 /m")
-    if not (math.isfinite(m) and m > 0):
-        raise InputError("m", m, "the detail angle is finite and above 0 rad", "check --detail")
-
-
-def _refuse_negative(where: str, values: Reals) -> None:
-    if not (values >= 0).all():
-        raise InputError(where, "a negative number or NaN", "distances are at least 0 m")
+    return 1 / (2 * math.degrees(m / widths.pixel * display.pixel_angle))
 
 
 DISC_WIDTH = math.sqrt(3.0) / 2
@@ -359,12 +331,17 @@ STANDARD_DISPLAY, STANDARD_EYE = Display(), Eye()
 
 @dataclass(frozen=True)
 class ViewingConditions:
-    """Air, display and eye of one view.
+    """Air, display and eye of one view. A picture has two kinds of viewer, so two readings.
 
     widths      the blurs at the camera; m = τ·(their effective width)
     extinction  β along the path, the least where it varies [1/m]; 0 = clear
     display, eye  where the picture is looked at, and by whom
-    acuity      whether the eye's fineness counts, or only its threshold of contrast
+    acuity      An eye looks at the picture on the stated display. Its blur counts in θ_eff, and
+                what is too fine for the contrast it has left is gone (``weighted_distance``).
+                Without, nobody knows who will look, or how closely. Every detail stays as fine as
+                asked; only what the air has left too little contrast to be seen *at any size* is
+                gone: past the d where C₀·exp(−βd)·max S = 1, S the standard observer's sensitivity
+                on the display.
     defocus     the lens that the picture is taken through; None = everything is sharp
     """
 
@@ -381,22 +358,15 @@ class ViewingConditions:
 
     def weighted(self, contrast: float, m: float) -> WeightedDistance:
         """Give W for parts of inherent contrast C₀ at detail angle m [rad]."""
+        beta, display, eye = self.extinction, self.display, self.eye
         if self.acuity:
-            air = self.extinction
-            return weighted_distance(contrast, air, m, self.widths, self.display, self.eye)
-        return extinction_cutoff(contrast, self.extinction, self.display, self.eye)
-
-
-@lru_cache(maxsize=256)
-def extinction_cutoff(
-    contrast: float, extinction: float, display: Display, eye: Eye
-) -> WeightedDistance:
-    """Give W(d) = d up to ln(C₀·max S)/β, where C₀ is gone at any size; infinite beyond."""
-    if math.isinf(contrast) or extinction < MIN_EXTINCTION:
-        return UNWEIGHTED
-    gone = math.log(contrast * float(sensitivity(display, eye).value.max())) / extinction
-    knots = np.array([0.0, gone] if gone > 0 else [0.0])
-    return WeightedDistance(knots, knots, math.inf)
+            return weighted_distance(contrast, beta, m, self.widths, display, eye)
+        if math.isinf(contrast) or beta < MIN_EXTINCTION:
+            return UNWEIGHTED
+        # W(d) = d up to ln(C₀·max S)/β, where C₀ is gone at any size; infinite beyond.
+        gone = math.log(contrast * float(sensitivity(display, eye).value.max())) / beta
+        knots = np.array([0.0, gone] if gone > 0 else [0.0])
+        return WeightedDistance(knots, knots, math.inf)
 
 
 def perceptual_limits(

@@ -33,7 +33,6 @@ Refusal(who='joe/right leg',
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Protocol, runtime_checkable
 
 from lod.actors.joint import IDENTITY_JOINT, RevoluteJoint
 from lod.actors.message import Route, ask
@@ -74,35 +73,13 @@ class ConeStick:
         if not all(0 <= share <= 1 for share in self.albedo):
             raise InputError("stick.albedo", self.albedo, "three shares, 0 to 1")
 
-    def sticks_in(self, frame: RevoluteJoint) -> tuple["ConeStick", ...]:
-        """Return this stick in the frame that ``frame``, the joint of its part, is given in."""
-        ends = frame.to_whole(self.start), frame.to_whole(self.end)
-        return (replace(self, start=ends[0], end=ends[1]),)
+    def seen_from(self, frame: RevoluteJoint) -> "ConeStick":
+        """Return the stick in the frame that ``frame``, the joint of its part, is given in."""
+        return replace(self, start=frame.to_whole(self.start), end=frame.to_whole(self.end))
 
 
-@dataclass(frozen=True)
-class StickBundle:
-    """Several sticks as one appearance, which may be none at all."""
-
-    sticks: tuple[ConeStick, ...] = ()
-
-    def sticks_in(self, frame: RevoluteJoint) -> tuple[ConeStick, ...]:
-        """Return all of its sticks in the frame that ``frame`` is given in, in their order."""
-        return tuple(
-            with_position for stick in self.sticks for with_position in stick.sticks_in(frame)
-        )
-
-
-@runtime_checkable
-class Appearance(Protocol):
-    """What fills the appearance slot of an actor: a value that gives its sticks in any frame."""
-
-    def sticks_in(self, frame: RevoluteJoint) -> tuple[ConeStick, ...]:
-        """Return its sticks in the frame that ``frame`` is given in."""
-
-
-NO_STICKS = StickBundle()
-
+Appearance = tuple[ConeStick, ...]
+"""What fills the appearance slot of an actor: sticks, or none at all."""
 
 Test = Callable[[Route, Vector], bool]
 
@@ -207,12 +184,12 @@ class PositionableObject(ObjectWithParts, abstract=True):
             for name in self.part_names()
         ]
         there = [sticks for sticks in below if sticks is not None]
-        own = self._current_appearance(is_leaf=not there).sticks_in(frame)
-        return tuple((self._route, stick) for stick in own) + sum(there, ())
+        own = self._current_appearance(is_leaf=not there)
+        return tuple((self._route, each.seen_from(frame)) for each in own) + sum(there, ())
 
     def _current_appearance(self, is_leaf: bool) -> Appearance:
         """Return no sticks: an object that is only somewhere shows none."""
-        return NO_STICKS
+        return ()
 
 
 class Actor(PositionableObject, abstract=True):
@@ -226,7 +203,7 @@ class Actor(PositionableObject, abstract=True):
         self,
         parts: Mapping[str, ObjectWithParts] | None = None,
         joint: RevoluteJoint = IDENTITY_JOINT,
-        inner: Appearance = NO_STICKS,
+        inner: Appearance = (),
         leaf: Appearance | None = None,
         part_types: Mapping[str, type[ObjectWithParts]] | None = None,
         name: str | None = None,
@@ -259,19 +236,16 @@ class SimpleActor(Actor):
     def __init_subclass__(cls, abstract: bool = False) -> None:
         super().__init_subclass__(abstract)
         if cls.part_types:
-            raise InputError(f"{cls.__name__}.part_types", list(cls.part_types), _NO_PARTS, _CURE)
+            where, rule = f"{cls.__name__}.part_types", "a SimpleActor has no parts"
+            raise InputError(where, list(cls.part_types), rule, "use another class of Actor")
 
     def __init__(
         self,
         joint: RevoluteJoint = IDENTITY_JOINT,
-        inner: Appearance = NO_STICKS,
+        inner: Appearance = (),
         name: str | None = None,
     ) -> None:
         super().__init__(joint=joint, inner=inner, name=name)
-
-
-_NO_PARTS = "a SimpleActor has no parts"
-_CURE = "use another class of Actor"
 
 
 class CompoundActor(Actor):
@@ -281,7 +255,7 @@ class CompoundActor(Actor):
         self,
         parts: Mapping[str, ObjectWithParts],
         joint: RevoluteJoint = IDENTITY_JOINT,
-        inner: Appearance = NO_STICKS,
+        inner: Appearance = (),
         leaf: Appearance | None = None,
         name: str | None = None,
     ) -> None:

@@ -1,17 +1,16 @@
-"""Which of an object's methods messages may name: its queries and its changing methods (§3.2).
-
-Wholes and their parts: the part-whole hierarchy, hidden state, compound messages (§3.2).
+"""Wholes and their parts: the part-whole hierarchy, hidden state, compound messages (§3.2).
 
 * An object is assembled from parts; a whole knows the types of its parts before it has them.
 * A part is hidden state of its whole. No method returns it: it is reached by messages to the whole,
   which may watch, modify or reject them (``intercept``).
+* Messages name queries, which give information, and mutators, which change state.
 * A change is atomic: one that is refused or ends in an error leaves every part as it was.
 """
 
 import copy
 from collections.abc import Callable, Mapping
 from functools import wraps
-from inspect import Parameter, Signature, signature
+from inspect import Parameter, signature
 from types import MethodType
 from typing import Any, ClassVar, Concatenate, Never, ParamSpec, TypeVar
 
@@ -29,21 +28,19 @@ from lod.actors.message import (
 )
 from lod.errors import InputError
 
-Self = TypeVar("Self")
+Receiver = TypeVar("Receiver")
 Given = ParamSpec("Given")
 Result = TypeVar("Result")
+Method = Callable[Concatenate[Receiver, Given], Result]
+Kind = TypeVar("Kind", bound="ObjectWithParts")
 
 
-def query(
-    method: Callable[Concatenate[Self, Given], Result],
-) -> Callable[Concatenate[Self, Given], Result]:
+def query(method: Method[Receiver, Given, Result]) -> Method[Receiver, Given, Result]:
     """Let messages ask for a method: it gives information and changes nothing."""
     return _by_message(method, changes=False)
 
 
-def mutator(
-    method: Callable[Concatenate[Self, Given], Result],
-) -> Callable[Concatenate[Self, Given], Result]:
+def mutator(method: Method[Receiver, Given, Result]) -> Method[Receiver, Given, Result]:
     """Let messages have a method carried out: it changes state, all or nothing.
 
     State is kept in attributes that are bound anew, to values that never change; what a method
@@ -53,14 +50,15 @@ def mutator(
 
 
 def _by_message(
-    method: Callable[Concatenate[Self, Given], Result], changes: bool
-) -> Callable[Concatenate[Self, Given], Result]:
+    method: Method[Receiver, Given, Result], changes: bool
+) -> Method[Receiver, Given, Result]:
     """Make a method one that messages name.
 
     Called from outside, it is a message to the object itself, which an owned part refuses.
     """
     takes = signature(method)
-    if any(p.kind is Parameter.KEYWORD_ONLY for p in takes.parameters.values()):
+    given = list(takes.parameters.values())[1:]
+    if any(p.kind is Parameter.KEYWORD_ONLY for p in given):
         raise TypeError(f"{method.__name__}: messages carry arguments by position only")
 
     @wraps(method)
@@ -71,41 +69,25 @@ def _by_message(
         bound.apply_defaults()
         return self.receive(Message((), Action(method.__name__, bound.args[1:], changes))).value
 
-    called.changes, called.takes = changes, takes  # type: ignore[attr-defined]
-    called.counts = _counts(takes)  # type: ignore[attr-defined]
+    required = sum(p.default is Parameter.empty for p in given)
+    counts = range(required, len(given) + 1)
+    if any(p.kind is Parameter.VAR_POSITIONAL for p in given):
+        counts = range(0)  # any number: to be bound
+    called.changes, called.takes, called.counts = changes, takes, counts  # type: ignore[attr-defined]
     return called
 
 
-def rejection_reason(receiver: object, action: Action) -> str:
-    """Say why ``receiver`` cannot be sent that action; the answer is empty where it can."""
-    kind = type(receiver)
+def _rejection_reason(kind: type, action: Action) -> str:
+    """Say why objects of a class cannot be sent that action; the answer is empty where they can."""
     method: Any = getattr(kind, action.name, None)
-    if getattr(method, "changes", None) is not action.changes:
-        return _not_known(kind, action)
-    if len(action.arguments) in method.counts:
+    if getattr(method, "changes", None) is action.changes:
+        if len(action.arguments) in method.counts:
+            return ""
+        try:
+            method.takes.bind(None, *action.arguments)
+        except TypeError as error:
+            return f"{action.name} takes {method.takes}: {error}"
         return ""
-    try:
-        method.takes.bind(receiver, *action.arguments)
-    except TypeError as error:
-        return f"{action.name} takes {method.takes}: {error}"
-    return ""
-
-
-def plain_method(receiver: object, action: Action) -> Callable[..., Any]:
-    """Return the method that an action names, as written, for an object that acts already."""
-    method: Callable[..., Any] = getattr(type(receiver), action.name).__wrapped__
-    return method
-
-
-def _counts(takes: Signature) -> range:
-    """List how many arguments a method takes beside the object; none of one that takes any."""
-    given = list(takes.parameters.values())[1:]
-    if any(p.kind is Parameter.VAR_POSITIONAL for p in given):
-        return range(0)
-    return range(sum(p.default is Parameter.empty for p in given), len(given) + 1)
-
-
-def _not_known(kind: type, action: Action) -> str:
     attributes = {name: getattr(kind, name) for name in dir(kind)}
     known = [n for n, a in attributes.items() if getattr(a, "changes", None) is action.changes]
     doing = "change" if action.changes else "question"
@@ -113,9 +95,6 @@ def _not_known(kind: type, action: Action) -> str:
         return f"understands no {doing} at all"
     closest = nearest_route((action.name,), [(name,) for name in known])[0]
     return f"understands no {doing} {action.name!r}; the nearest is {closest!r}"
-
-
-Self_object_with_parts = TypeVar("Self", bound="ObjectWithParts")
 
 
 class ObjectWithParts:
@@ -144,7 +123,7 @@ class ObjectWithParts:
         cls.is_abstract = abstract
         _check_types(cls.__name__, cls.part_types)
 
-    def __new__(cls: type[Self_object_with_parts], *_: Any, **__: Any) -> Self_object_with_parts:
+    def __new__(cls: type[Kind], *_: Any, **__: Any) -> Kind:
         if cls.is_abstract:
             raise TypeError(f"{cls.__name__} is abstract: make an object of one of its subclasses")
         self = super().__new__(cls)
@@ -171,10 +150,9 @@ class ObjectWithParts:
         types = {**type(self).part_types, **(part_types or {})}
         _check_types(str(self), types)
         self.__name = name or type(self).__name__
-        assembled = _assembled(str(self), types, parts or {})
-        for part_name, part in assembled.items():
+        self.__parts = _assembled(str(self), types, parts or {})
+        for part_name, part in self.__parts.items():
             part.__owner, part.__name = self, part_name
-        self.__parts = assembled
 
     def receive(self, message: Message) -> Reply:
         """Carry out a compound message, or return who refused it and why.
@@ -253,7 +231,9 @@ class ObjectWithParts:
             reply = self.__deliver(message, log, intercepts)
         finally:
             if not isinstance(reply, Answer):
-                _put_back(log)
+                for part, attributes in reversed(log):
+                    vars(part).clear()
+                    vars(part).update(attributes)
             elif self.__log is not None:
                 self.__log.extend(log)
         return reply
@@ -262,58 +242,52 @@ class ObjectWithParts:
         """Forward the message to the part at the head of the route, or carry it out here."""
         if not message.route:
             return self.__perform(message.action, log)
-        intercepts &= type(self).intercept is not ObjectWithParts.intercept
-        passed = self.__intercepted(message, log) if intercepts else message
-        if isinstance(passed, Refusal) or not passed.route:
-            return passed if isinstance(passed, Refusal) else self.__perform(passed.action, log)
-        if (part := (self.__parts or {}).get(passed.route[0])) is None:
-            return self.refuse(self.__unknown(passed.route))
-        return part.__deliver(Message(passed.route[1:], passed.action), log)
-
-    def __intercepted(self, message: Message, log: "Log | None") -> Message | Refusal:
-        before = self.__begin(log)
-        try:
-            passed = self.intercept(message)
-        except (Refused, InputError) as refused:
-            return _refusal(str(self), refused)
-        finally:
-            self.__end(before)
-        if isinstance(passed, Message) and passed.action.changes != message.action.changes:
-            raise TypeError(f"{type(self).__name__}.intercept turned a question and a change about")
-        return passed
+        if intercepts and type(self).intercept is not ObjectWithParts.intercept:
+            asked, passed = message, self.__act(log, lambda: self.intercept(message))
+            if isinstance(passed, Refusal):
+                return passed
+            if passed.action.changes != asked.action.changes:
+                kind = type(self).__name__
+                raise TypeError(f"{kind}.intercept turned a question and a change about")
+            message = passed
+            if not message.route:
+                return self.__perform(message.action, log)
+        if (part := (self.__parts or {}).get(message.route[0])) is not None:
+            return part.__deliver(Message(message.route[1:], message.action), log)
+        if not (known := self.__all_routes()):
+            return self.refuse(f"has no part {message.route[0]!r}; it has no parts at all")
+        closest = format_route((*self._route, *nearest_route(message.route, known)))
+        why = f"has no part {message.route[0]!r}; the nearest known route is {closest!r}"
+        return self.refuse(why)
 
     def __perform(self, action: Action, log: "Log | None") -> Reply:
         """Carry out an action on this very object."""
-        if why := rejection_reason(self, action):
+        if why := _rejection_reason(type(self), action):
             return self.refuse(why)
-        before = self.__begin(log)
-        try:
-            value = plain_method(self, action)(self, *action.arguments)
-        except (Refused, InputError) as refused:
-            return _refusal(str(self), refused)
-        finally:
-            self.__end(before)
-        if _hands_out(value):
+        method = getattr(type(self), action.name).__wrapped__
+        reply: Reply = self.__act(log, lambda: Answer(method(self, *action.arguments)))
+        if isinstance(reply, Answer) and _hands_out(reply.value):
             return self.refuse(f"{action.name} would hand out a part, which is hidden state")
-        return Answer(value)
+        return reply
 
-    def __begin(self, log: "Log | None") -> "Log | None":
-        """Begin to act, having noted in the log how the attributes are bound now."""
+    def __act(self, log: "Log | None", act: Callable[[], Any]) -> Any:
+        """Act, having noted in the log how the attributes are bound now.
+
+        A refusal names the first object that refused, not those that forwarded it.
+        """
         if log is not None:
             log.append((self, dict(vars(self))))
         before, self.__log = self.__log, log
         self.__active += 1
-        return before
-
-    def __end(self, before: "Log | None") -> None:
-        self.__active -= 1
-        self.__log = before
-
-    def __unknown(self, route: Route) -> str:
-        if not (known := self.__all_routes()):
-            return f"has no part {route[0]!r}; it has no parts at all"
-        closest = format_route((*self._route, *nearest_route(route, known)))
-        return f"has no part {route[0]!r}; the nearest known route is {closest!r}"
+        try:
+            return act()
+        except Refused as refused:
+            return Refusal(refused.who, refused.why)
+        except InputError as error:
+            return self.refuse(str(error))
+        finally:
+            self.__active -= 1
+            self.__log = before
 
     def __str__(self) -> str:
         root: ObjectWithParts = self
@@ -324,16 +298,16 @@ class ObjectWithParts:
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self}>"
 
-    def __copy__(self: Self_object_with_parts) -> Self_object_with_parts:
+    def __copy__(self: Kind) -> Kind:
         return self.__deepcopy__({})
 
-    def __deepcopy__(self: Self_object_with_parts, memo: dict[int, Any]) -> Self_object_with_parts:
+    def __deepcopy__(self: Kind, memo: dict[int, Any]) -> Kind:
         """Copy a whole with its parts. Raises InputError for a part: only its whole copies it."""
         if self.__owner is not None:
             raise InputError(str(self), "a copy", f"part of {self.__owner}: copy the whole")
         return self.__cloned(memo)
 
-    def __cloned(self: Self_object_with_parts, memo: dict[int, Any]) -> Self_object_with_parts:
+    def __cloned(self: Kind, memo: dict[int, Any]) -> Kind:
         new = type(self).__new__(type(self))
         memo[id(self)] = new
         new.__name = self.__name
@@ -381,22 +355,10 @@ def _assembled(
     return parts
 
 
-_PLAIN = frozenset((float, int, bool, str, type(None)))
 Log = list[tuple[ObjectWithParts, dict[str, Any]]]
 """Objects that have acted for a change, in order, with their attributes as they were before."""
 
-
-def _put_back(log: Log) -> None:
-    for part, attributes in reversed(log):
-        vars(part).clear()
-        vars(part).update(attributes)
-
-
-def _refusal(who: str, refused: Refused | InputError) -> Refusal:
-    """Return a refusal that names the first object that refused, not those that forwarded it."""
-    if isinstance(refused, Refused):
-        return Refusal(refused.who, refused.why)
-    return Refusal(who, str(refused))
+_PLAIN = frozenset((float, int, bool, str, type(None)))
 
 
 def _hands_out(value: Any) -> bool:

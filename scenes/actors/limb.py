@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lod.actors.actor import NO_STICKS, Appearance, CompoundActor, ConeStick, StickBundle
+from lod.actors.actor import Appearance, CompoundActor, ConeStick
 from lod.actors.joint import JointLimits, RevoluteJoint
 from lod.actors.message import SEPARATOR, Route, ask, change
 from lod.actors.object_with_parts import mutator, query
@@ -181,7 +181,7 @@ def _joint_sticks(prototype: RiggedPrototype) -> list[Appearance]:
         rows = zip(table.start_joint.tolist(), *(c.tolist() for c in columns), albedo, strict=True)
         for joint, *stick in rows:
             sticks[joint].append(ConeStick(*stick))
-    return [StickBundle(tuple(own)) if own else NO_STICKS for own in sticks]
+    return [tuple(own) for own in sticks]
 
 
 EIGHTHS = 8

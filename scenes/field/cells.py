@@ -115,8 +115,8 @@ def cell_in_reach(view, east, north, side, reach):  # type: ignore[no-untyped-de
 @njit(cache=True)
 def horizontal_distance(view, east, north, side):  # type: ignore[no-untyped-def]
     """Compute the distance in plan from the eye to the cell about that middle [m]; 0 inside it."""
-    aside_x = max(abs(east - view.eye_x) - side / 2, 0.0)
-    aside_y = max(abs(north - view.eye_y) - side / 2, 0.0)
+    aside_x = max(abs(east - view.eye[0]) - side / 2, 0.0)
+    aside_y = max(abs(north - view.eye[1]) - side / 2, 0.0)
     return math.sqrt(aside_x * aside_x + aside_y * aside_y)
 
 
@@ -334,8 +334,8 @@ def _could_pass(view, bounds, kind, east, north):  # type: ignore[no-untyped-def
     Distances and radii have a billionth of room for rounding: what is kept in vain is rejected by
     the traversal.
     """
-    gap = max(0.0, view.eye_z - bounds.high, bounds.low - view.eye_z)
-    away = math.sqrt((east - view.eye_x) ** 2 + (north - view.eye_y) ** 2)
+    gap = max(0.0, view.eye[2] - bounds.high, bounds.low - view.eye[2])
+    away = math.sqrt((east - view.eye[0]) ** 2 + (north - view.eye[1]) ** 2)
     away = min_distance(away, bounds.max_offset, gap) * (1 - 1e-9)
     passed = away < bounds.limit[kind]
     if passed and not away < bounds.limit_offscreen[kind]:

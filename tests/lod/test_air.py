@@ -30,7 +30,7 @@ from lod.air import (
     haze_extinction,
     least_extinction,
     mean_relative_extinction,
-    mist_base_extinction,
+    mist_extinction,
     optical_depth,
     rayleigh_extinction,
     rgb_extinction,
@@ -38,7 +38,14 @@ from lod.air import (
     visibility_from_extinction,
 )
 from lod.errors import InputError
-from lod.eye import contrast_sensitivity, optics_sigma, pupil_diameter, retinal_illuminance
+from lod.eye import (
+    Display,
+    Eye,
+    contrast_sensitivity,
+    optical_sigma,
+    pupil_diameter,
+    retinal_illuminance,
+)
 
 GREEN = np.array([550.0])
 VISIBILITY = st.floats(math.log(50), math.log(3e5)).map(math.exp)
@@ -154,7 +161,7 @@ def test_least_extinction_is_that_of_red_and_of_the_top():
     assert least_extinction(air, 100.0, GREEN) == pytest.approx(
         math.log(50) / 20e3 + math.log(50) / 100 * math.exp(-2)
     )
-    assert mist_base_extinction(air.mist, GREEN)[0] == pytest.approx(math.log(50) / 100)
+    assert mist_extinction(air, GREEN)[0] == pytest.approx(math.log(50) / 100)
 
 
 @pytest.mark.parametrize("V", [0.0, -1.0, 0.5, math.inf, math.nan, 4e5])
@@ -217,7 +224,7 @@ def test_rayleigh_is_bodhaines():
 def test_the_eye_is_bartens(luminance, field):
     pupil = pupil_diameter(luminance, field)
     assert pupil == pytest.approx(pupil_diameter_Barten1999(luminance, field), rel=1e-14)
-    sigma = optics_sigma(0.5 / 60, 0.08 / 60, pupil)
+    sigma = optical_sigma(Display(luminance=luminance, field_deg=field), Eye())
     assert sigma == pytest.approx(sigma_Barten1999(0.5 / 60, 0.08 / 60, pupil), rel=1e-14)
     light = retinal_illuminance(luminance, pupil)
     assert light == pytest.approx(retinal_illuminance_Barten1999(luminance, pupil), rel=1e-14)

@@ -31,7 +31,6 @@ from lod.hierarchy import Hierarchy
 from lod.metric import METRICS, limit_distances
 from lod.view import View
 from lod.viewing import (
-    FULL_WIDTH,
     UNWEIGHTED,
     BlurWidths,
     ViewingConditions,
@@ -287,7 +286,7 @@ def sigma_of(x, kernel):
 def test_a_box_pixel_has_its_own_width():
     x = np.linspace(-1, 1, 200001)
     box = (np.abs(x) <= 0.35).astype(float)
-    assert FULL_WIDTH * sigma_of(x, box) == pytest.approx(0.7, rel=1e-4)
+    assert math.sqrt(12) * sigma_of(x, box) == pytest.approx(0.7, rel=1e-4)
 
 
 def test_widths_of_convolved_blurs_add_in_quadrature():
@@ -295,9 +294,9 @@ def test_widths_of_convolved_blurs_add_in_quadrature():
     x = np.arange(-2000, 2001) / 1000
     boxes = [(np.abs(x) <= half).astype(float) for half in (0.15, 0.3)]
     gauss = np.exp(-(x**2) / (2 * 0.1**2))
-    widths = [FULL_WIDTH * sigma_of(x, kernel) for kernel in (*boxes, gauss)]
+    widths = [math.sqrt(12) * sigma_of(x, kernel) for kernel in (*boxes, gauss)]
     spread = np.convolve(np.convolve(boxes[0], boxes[1], "same"), gauss, "same")
-    assert FULL_WIDTH * sigma_of(x, spread) == pytest.approx(
+    assert math.sqrt(12) * sigma_of(x, spread) == pytest.approx(
         BlurWidths(*widths).effective, rel=1e-4
     )
 

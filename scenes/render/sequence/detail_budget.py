@@ -73,7 +73,7 @@ def _fitting_parts(
     """The detail at which every frame has no more parts than it may, and one has nearly all."""
     most = preset.view.max_parts or 0
     need = _parts_of(world, preset, memory_limit(most_bytes), most)
-    detail = _fitting(need, most, preset.view.detail, frames)
+    detail = _fitting(need, most, preset.view.detail, frames, "--max-parts")
     finest = _finest_ground(world, preset, detail, frames)
     shown = max(need(frame, finest) for frame in frames)
     if shown < MIN_BUDGET_USE * most:
@@ -104,7 +104,7 @@ def _finest_ground(world: World, preset: Preset, detail: float, frames: Sequence
     return found
 
 
-def _fitting(need: Need, most: int, start: float, frames: Sequence[int]) -> float:
+def _fitting(need: Need, most: int, start: float, frames: Sequence[int], where: str) -> float:
     """The detail at which every frame's need is met: it grows while a frame is over."""
     detail = start
     for number, frame in enumerate(frames):
@@ -113,7 +113,7 @@ def _fitting(need: Need, most: int, start: float, frames: Sequence[int]) -> floa
             return need(frame, px)
 
         if number == 0 or at(detail) > most:
-            detail = find_detail(at, most, detail).detail
+            detail = find_detail(at, most, detail, where).detail
     return detail
 
 
@@ -134,7 +134,7 @@ def _fitting_memory(world: World, preset: Preset, most: int, frames: Sequence[in
     def above_least(frame: int, px: float) -> int:
         return max(bytes_at(frame, px) - least, 0)
 
-    return _fitting(above_least, most - least, preset.view.detail, frames)
+    return _fitting(above_least, most - least, preset.view.detail, frames, "--max-memory --fit")
 
 
 def _at_detail(preset: Preset, detail: float) -> Preset:
