@@ -153,16 +153,15 @@ def run_experiment(name: str, quick: bool = False, seed: int = 0) -> "Record":
     quick  measure fewer points, in minutes
     Raises InputError for an unknown name.
     """
-    from bench.experiments.registry import EXPERIMENTS
-    from bench.runner.run_experiment import run_experiment as run
+    from bench.experiment import experiments
+    from bench.runs import RunRequest
+    from bench.runs import run_experiment as run
     from scenes.preset.errors import nearest_name
 
-    if name not in EXPERIMENTS:
-        raise InputError(
-            "name", name, "no experiment of that name", nearest_name(name, EXPERIMENTS)
-        )
-    experiment = EXPERIMENTS[name]
-    return run(experiment, experiment.effort("quick" if quick else "full"), seed)
+    known = experiments()
+    if name not in known:
+        raise InputError("name", name, "no experiment of that name", nearest_name(name, known))
+    return run(known[name], RunRequest(name, known[name].usual, quick, seed))
 
 
 def _preset(preset: Preset | str) -> Preset:

@@ -15,7 +15,7 @@ from bench.experiments.fidelity.image_errors import EPSILON
 from bench.methods.catalogue import OURS
 from bench.methods.environments import CYCLES, answer_of
 from bench.methods.runner import Runner, Window, prepared_runner
-from bench.records.points import Column, Point
+from bench.records.records import Column, Point
 from bench.statistics.excess_flip import mean_flip
 from scenes.render.description.describe import describe_frame
 from scenes.render.description.scene_description import Description

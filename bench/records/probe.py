@@ -23,8 +23,9 @@ from scenes.render.pictures.tone_map import auto_exposure, to_srgb
 from scenes.render.pipeline.render import render_frame
 from scenes.world.world import build_world
 
-NOTE, SOURCES = "probe", "sources"
-"""The notes of a record that hold its probe, and the digest of the sources that made it."""
+NOTE, SOURCES, CASES = "probe", "sources", "cases"
+"""The notes of a record that hold its probe, the digest of the sources that made it, and of each
+case what measured it and how long that took."""
 
 SIZE = 64, 36
 SAME = 0.05

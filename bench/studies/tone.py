@@ -24,8 +24,8 @@ from bench.experiments.cover.measure import field
 from bench.experiments.cover.scene import AIRS, LOOKS, Case
 from bench.fields.judged_seeds import first_seed
 from bench.records.claims import Claim
-from bench.records.points import Column, Point, merge_points
-from bench.runner.journal import sources
+from bench.records.records import Column, Point, merge_points
+from bench.runs import sources
 from lod.errors import InputError
 from scenes.render.files.frame_paths import make_folder
 from scenes.render.files.whole_file import whole_file

@@ -14,9 +14,9 @@ import numpy as np
 
 from bench.experiments.air.claims import BAND_EDGES_M, SKY
 from bench.experiments.air.targets import look_at, order
-from bench.records.points import Column, Point, columns
+from bench.old_experiment import Effort
 from bench.records.provenance import scene_digest
-from bench.runner.experiment import Effort
+from bench.records.records import Column, Point, columns
 from scenes.frame.assemble import assemble_frame
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.layers import SKY_Z, Layers

@@ -28,9 +28,9 @@ from bench.experiments.cover.scene import (
     window_view,
 )
 from bench.fields.judged_seeds import first_seed
-from bench.records.points import Column, Point, columns
+from bench.old_experiment import Effort
 from bench.records.provenance import scene_digest
-from bench.runner.experiment import Effort
+from bench.records.records import Column, Point, columns
 from lod.air import CLEAR, Air, rgb_extinction
 from scenes.frame.assemble import frame_quality
 from scenes.frame.displayed import DisplayedRepresentation

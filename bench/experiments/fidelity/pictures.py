@@ -15,7 +15,7 @@ from bench.experiments.fidelity.scene import (
     world_of,
 )
 from bench.experiments.fidelity.shipped.displayed import Shown
-from bench.records.embedded_pictures import pictures
+from bench.records.records import pictures
 from bench.statistics.excess_flip import PIXELS_PER_DEGREE, flip_map
 from scenes.frame.assemble import frame_quality
 from scenes.frame.frame_input import FrameInput

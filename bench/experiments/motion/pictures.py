@@ -13,7 +13,7 @@ from functools import cache
 import numpy as np
 
 from bench.experiments.motion.moves import Move
-from bench.records.points import Point, columns
+from bench.records.records import Point, columns
 from bench.statistics.excess_flip import LEAST_PAIRS, mean_flip
 from scenes.frame.assemble import assemble_frame
 from scenes.frame.frame_input import FrameInput

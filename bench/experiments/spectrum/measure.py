@@ -13,9 +13,9 @@ import numpy as np
 from jaxtyping import Float64
 
 from bench.experiments.spectrum.claims import EDGES
-from bench.records.points import Column, Point, Prediction
+from bench.old_experiment import Effort
 from bench.records.provenance import scene_digest
-from bench.runner.experiment import Effort
+from bench.records.records import Column, Point, Prediction
 from lod.air import CLEAR
 from lod.arrays import Reals
 from lod.metric import METRICS

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bench.records.points import Column, Key, Point
+from bench.old_experiment import Effort
 from bench.records.provenance import scene_digest
-from bench.runner.experiment import Effort
+from bench.records.records import Column, Key, Point
 from lod.pruner import prune
 from lod.update_schedule import (
     WINDOW,

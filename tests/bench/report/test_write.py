@@ -15,16 +15,18 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from bench.experiments.registry import EXPERIMENTS
+from bench.experiment import experiments
 from bench.experiments.scaling.plots import half_interval, plots, point_table
-from bench.plots.numbers import four_decimals
 from bench.plots.plot import Curve, against_law, curves
-from bench.records.embedded_pictures import pictures
-from bench.records.records import read_record, write_record
+from bench.records.claims import four_decimals
+from bench.records.records import pictures, read_record, write_record
 from bench.report.first_screen import CHOSEN, strip_of
 from bench.report.words import GLOSSARY, MARKS, summarise_verdicts, verified
 from bench.report.write import write_report
 from lod.errors import InputError
+
+EXPERIMENTS = experiments()
+
 
 REFERENCE = Path(__file__).parents[3] / "results" / "reference"
 VOID = {"meta", "link", "br", "wbr", "hr", "img", "input"}

@@ -9,16 +9,19 @@ from functools import lru_cache
 
 import pytest
 
+from bench.experiment import experiments
 from bench.experiments.cover import measure as cover
 from bench.experiments.popping import unexplained_change
-from bench.experiments.registry import EXPERIMENTS
 from bench.experiments.scaling import count_field
-from bench.runner.run_experiment import run_experiment
+from bench.runs import run_experiment
 from lod.air import CLEAR
 from scenes.field import prototypes as lit_prototypes
 from scenes.field import prototypes as posed_species
 from scenes.render.haze import haze
 from scenes.world import world
+
+EXPERIMENTS = experiments()
+
 
 pytestmark = pytest.mark.slow
 
