@@ -4,7 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from scenes.model_files.names import built_in_names
+from scenes.models.names import built_in_names
 from scenes.preset.object_tables import ModelTable
 from scenes.preset.tables import Preset
 
@@ -23,7 +23,7 @@ def with_model_digests(preset: Preset, blame: Callable[[str], str], folder: Path
     def known(kind: str, name: str, table: ModelTable) -> Any:
         if table.model in built_in:
             return table
-        from scenes.model_files.find import model_digest
+        from scenes.imported.library import model_digest
 
         where = blame(f"{kind}.{name}.model")
         digest = model_digest(where, table.model, folder, table.model_sha256)

@@ -15,8 +15,7 @@ from scenes.actors.body import Body, CameraBody
 from scenes.actors.performance import Cast, Eye, Performance
 from scenes.actors.say import Line, check_action, cue, parse_words
 from scenes.actors.stage import CAMERA, Stage
-from scenes.models.catalogue import model_prototypes
-from scenes.models.trees.weather import Weather
+from scenes.models.catalogue import Weather, model_prototypes
 from scenes.preset.actor_tables import ActorPreset
 from scenes.preset.tables import Preset
 from scenes.rig.rigged_prototype import RiggedPrototype, rigid_prototype

@@ -25,7 +25,7 @@ from scenes.preset.load import load_preset
 from scenes.render.mitsuba.variants import JIT_VARIANT, SCALAR_VARIANT, choose, works
 from scenes.render.pictures.tone_map import auto_exposure
 from scenes.render.pipeline.render import render_frame
-from scenes.sticks.contrast import LUMINANCE
+from scenes.sticks.prototype import LUMINANCE
 from scenes.world.world import build_world
 
 VISIBILITIES_M = (1e3, 5e3, 20e3)

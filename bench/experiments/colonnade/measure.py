@@ -26,7 +26,7 @@ from bench.records.points import Column, Point, columns
 from bench.records.provenance import scene_digest
 from bench.runner.experiment import Effort
 from scenes.frame.quality import Quality
-from scenes.models.column import column
+from scenes.models.stone import column
 from scenes.render.mitsuba.variants import choose
 
 SHOTS = (

@@ -27,7 +27,7 @@ from scenes.preset.load import load_preset
 from scenes.preset.tables import Preset
 from scenes.render.mitsuba.variants import choose
 from scenes.render.pipeline.render import render_frame
-from scenes.sticks.contrast import LUMINANCE
+from scenes.sticks.prototype import LUMINANCE
 from scenes.world.light import Light
 from scenes.world.view import view_at
 from scenes.world.world import World, build_world

@@ -9,8 +9,7 @@ from lod.errors import InputError
 from lod.view import View
 from scenes.frame.assemble import frame_quality
 from scenes.frame.frame_input import FrameInput
-from scenes.models.catalogue import model_prototypes
-from scenes.models.trees.weather import Weather
+from scenes.models.catalogue import Weather, model_prototypes
 from scenes.preset.acting import has_acting
 from scenes.preset.tables import Preset
 from scenes.render.pipeline.free_memory import free_bytes

@@ -24,7 +24,7 @@ from bench.experiments.colonnade.scene import (
 from bench.experiments.registry import EXPERIMENTS
 from bench.runner.run_experiment import run_experiment
 from scenes.frame.quality import Quality
-from scenes.models.column import HEIGHT_M, RADIUS_M, column
+from scenes.models.stone import HEIGHT_M, RADIUS_M, column
 from scenes.render.mitsuba.variants import choose
 from tests.bench.edited import edited
 

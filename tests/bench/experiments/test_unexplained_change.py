@@ -17,7 +17,7 @@ from lod.view import View
 from scenes.field.species_field import Placed
 from scenes.frame.displayed import DisplayedRepresentation, display
 from scenes.frame.quality import Quality
-from scenes.models.boulder import boulder_prototypes
+from scenes.models.stone import boulder_prototypes
 from scenes.preset.load import load_preset
 from scenes.render.mitsuba.variants import choose
 from scenes.terrain.terrain import Terrain

@@ -8,8 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from scenes.models.catalogue import MODELS
-from scenes.models.trees.weather import Weather
+from scenes.models.catalogue import MODELS, Weather
 from scenes.processes.kept_data import kept_data, pack, unpack
 
 

@@ -1,1 +1,0 @@
-"""This package finds, reads and checks the data files that describe models."""
