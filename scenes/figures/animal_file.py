@@ -23,8 +23,8 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from lod.errors import InputError
 from scenes.figures.anatomy import MEAN, SIDES, Anatomy, Build, Joint, Part, Rod, build_prototype
 from scenes.figures.gait import Gait, with_gait
-from scenes.models.names import animal_names
-from scenes.models.parameter_file import read_model_file
+from scenes.model_files.names import animal_names
+from scenes.model_files.parameter_file import read_model_file
 from scenes.rig.rigged_prototype import RiggedPrototype
 
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
@@ -228,7 +228,7 @@ def _check_name(where: str, name: str, known: Sequence[str], which: str) -> None
 
 @lru_cache(maxsize=16)
 def animal_tables(name: str) -> AnimalTables:
-    """Return the tables of the animal of a name (see ``scenes.models.names.animal_names``).
+    """Return the tables of the animal of a name (see ``scenes.model_files.names.animal_names``).
 
     Raises InputError for another name or a bad file.
     """

@@ -18,10 +18,10 @@ from lod.arrays import Ints, Points, Reals
 from lod.errors import InputError
 from lod.shapes import Mesh, MeshTable, StickTable
 from scenes.appearance.fit import fit_appearances
-from scenes.models.catalogue import CALM_SUMMER, SEASONS, Weather
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.sticks.prototype import PartPlaces, Prototype, assemble_prototype
 from scenes.sticks.shapes import PartSticks
+from scenes.trees.species import CALM_SUMMER, SEASONS, Weather
 from scenes.trees.tree import swaying
 
 BLADES = 25

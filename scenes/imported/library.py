@@ -19,7 +19,7 @@ from lod.shapes import MeshTable
 from scenes.imported.gltf import read_gltf
 from scenes.imported.part_tree import PartTree, build_tree, read_sidecar
 from scenes.imported.usd import read_usd
-from scenes.models.names import (
+from scenes.model_files.names import (
     SUFFIXES,
     built_in_names,
     is_model_file,

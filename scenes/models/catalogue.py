@@ -1,37 +1,22 @@
-"""The weather that trees grow and sway in: the season and the wind.
+"""The models that presets name, and the prototypes of each.
 
-The models that presets name, and the prototypes of each.
-
-A species of tree or an animal is a model by its file being there (``scenes.models.names``).
+A species of tree or an animal is a model by its file being there (``scenes.model_files.names``).
 What makes a model is imported when it is made, for prototypes are kept from one run to the next.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 
 from lod.errors import InputError
-from scenes.models.names import animal_names, tree_species_names
+from scenes.model_files.names import animal_names, tree_species_names
 from scenes.processes.content_key import content_key
 from scenes.processes.kept_data import kept_data
 from scenes.processes.progress import steps, tell
 from scenes.rig.rig import rest_motion
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.sticks.prototype import Prototype
-
-SEASONS = ("spring", "summer", "autumn", "winter")
-
-
-@dataclass(frozen=True)
-class Weather:
-    """season: one of SEASONS; wind: mean speed at the height of crowns [m/s], 0 = calm."""
-
-    season: str = "summer"
-    wind: float = 0.0
-
-
-CALM_SUMMER = Weather()
-
+from scenes.trees.species import CALM_SUMMER, Weather
 
 WeatherlessModel = Callable[[int, int], tuple[Prototype | RiggedPrototype, ...]]
 Model = Callable[[int, int, Weather], tuple[Prototype | RiggedPrototype, ...]]

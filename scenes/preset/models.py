@@ -4,7 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from scenes.models.names import built_in_names
+from scenes.model_files.names import built_in_names
 from scenes.preset.object_tables import ModelTable
 from scenes.preset.tables import Preset
 

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, Field
 from pydantic_core import PydanticCustomError
 
-from scenes.models.names import is_model_file, model_names
+from scenes.model_files.names import is_model_file, model_names
 from scenes.preset.values import Metres, SizeFactor, Table, key, refuse
 
 SpeciesName = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]*$", max_length=64)]
@@ -29,7 +29,7 @@ def _sha256(text: str | None) -> str | None:
 Model = Annotated[
     str, AfterValidator(_known_model), key("what each object is: a model, or a file beside this")
 ]
-"""The name of a model (``scenes.models.names``), or of a scene file."""
+"""The name of a model (``scenes.model_files.names``), or of a scene file."""
 
 
 class ModelTable(Table):

@@ -22,7 +22,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from scenes.models.parameter_file import CLOSED, read_model_file
+from scenes.model_files.parameter_file import CLOSED, read_model_file
 
 Albedo = Annotated[float, Field(ge=0, le=1)]
 Colour = tuple[Albedo, Albedo, Albedo]
@@ -187,6 +187,20 @@ class TreeSpecies:
         return replace(self, foliage=None)
 
 
+SEASONS = ("spring", "summer", "autumn", "winter")
+
+
+@dataclass(frozen=True)
+class Weather:
+    """season: one of SEASONS; wind: mean speed at the height of crowns [m/s], 0 = calm."""
+
+    season: str = "summer"
+    wind: float = 0.0
+
+
+CALM_SUMMER = Weather()
+
+
 def species_folder() -> Traversable:
     """Return the folder of the files."""
     return resources.files("scenes.trees") / "species"
@@ -194,7 +208,7 @@ def species_folder() -> Traversable:
 
 @cache
 def tree_species(name: str) -> TreeSpecies:
-    """Read the species of a name (see ``scenes.models.names.tree_species_names``).
+    """Read the species of a name (see ``scenes.model_files.names.tree_species_names``).
 
     Raises InputError for anything in its file that breaks a rule.
     """

@@ -33,14 +33,13 @@ from lod.errors import InputError
 from lod.hierarchy import Hierarchy
 from lod.shapes import MeshTable, StickTable
 from scenes.appearance.fit import fit_appearances
-from scenes.models.catalogue import SEASONS
 from scenes.rig.rig import Motion, Rig, RiggedSticks, key_phases
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.rig.rotations import from_euler
 from scenes.sticks.prototype import PartPlaces, Prototype, assemble_prototype
 from scenes.sticks.shapes import PartSticks
 from scenes.trees.growth import GrownTree, grow
-from scenes.trees.species import TreeSpecies
+from scenes.trees.species import SEASONS, TreeSpecies
 
 _STREAM = 0x7EE
 

@@ -14,7 +14,7 @@ from scenes.dust.soil import Soil
 from scenes.far_cover.aggregate_cover import AggregateCover
 from scenes.field.placement import Habitat, Species
 from scenes.field.species_field import Placed, SpeciesField
-from scenes.models.catalogue import PROTOTYPE_SEED, Weather, model_prototypes
+from scenes.models.catalogue import PROTOTYPE_SEED, model_prototypes
 from scenes.particles.kinds import KINDS
 from scenes.particles.plume import Plume
 from scenes.plugins.representation import GroundedRepresentation, make_representation
@@ -23,6 +23,7 @@ from scenes.preset.object_tables import PlacedPreset, PlumePreset, SpeciesPreset
 from scenes.preset.tables import Preset
 from scenes.processes.progress import work
 from scenes.terrain.terrain import Terrain
+from scenes.trees.species import Weather
 from scenes.world.light import sun_and_sky
 
 

@@ -47,7 +47,7 @@ def add(file: str, name: str | None, overwrite: bool, sheet: str | None, as_json
 def list_models(as_json: bool) -> None:
     """Models that were added, a line each."""
     from scenes.imported.library import user_model
-    from scenes.models.names import models_folder, user_model_names
+    from scenes.model_files.names import models_folder, user_model_names
 
     with output(as_json) as out:
         found = {name: _facts(user_model(name)) for name in user_model_names()}
@@ -69,7 +69,7 @@ def list_models(as_json: bool) -> None:
 def show(model: str, sheet: str | None, as_json: bool) -> None:
     """What a model holds, level by level; a file is read and checked, and not kept."""
     from scenes.imported.library import read_model, user_model
-    from scenes.models.names import is_model_file
+    from scenes.model_files.names import is_model_file
 
     with output(as_json) as out:
         is_file = is_model_file(model) or "/" in model

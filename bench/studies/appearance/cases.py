@@ -9,11 +9,11 @@ from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
 
-from scenes.models.catalogue import CALM_SUMMER, MODELS, PROTOTYPE_SEED, at_rest
-from scenes.models.names import tree_species_names
+from scenes.model_files.names import tree_species_names
+from scenes.models.catalogue import MODELS, PROTOTYPE_SEED, at_rest
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.sticks.prototype import Prototype
-from scenes.trees.species import TreeSpecies, read_species, tree_species
+from scenes.trees.species import CALM_SUMMER, TreeSpecies, read_species, tree_species
 from scenes.trees.tree import tree_prototypes
 
 UNSEEN = ("poplar", "acacia", "pine")

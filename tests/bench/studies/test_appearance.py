@@ -20,7 +20,7 @@ from bench.studies.appearance.record import (
 )
 from lod.errors import InputError
 from scenes.imported.library import read_model
-from scenes.models.names import tree_species_names
+from scenes.model_files.names import tree_species_names
 from tests.scenes.imported.sample_models import lamp_tree, mill
 
 TREE = Case("dead_tree", 5)

@@ -10,7 +10,7 @@ from lod.errors import InputError
 from scenes.figures.anatomy import Rod
 from scenes.figures.animal_file import animal, animal_tables, load_animal
 from scenes.figures.person import people_at_rest
-from scenes.models.names import animal_names
+from scenes.model_files.names import animal_names
 from scenes.rig.foot_placement import Placements, place_on_ground
 from scenes.rig.pose import PoseTables, pose_points
 from scenes.rig.rotations import matrices, to_euler

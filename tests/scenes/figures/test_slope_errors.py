@@ -15,7 +15,7 @@ from scenes.figures.animal_file import animal, animal_tables
 from scenes.figures.gait import heel_and_ball
 from scenes.figures.patrol import MIN_STRIDE_FACTOR
 from scenes.figures.person import people_at_rest, walking_people
-from scenes.models.names import animal_names
+from scenes.model_files.names import animal_names
 from scenes.rig.foot_placement import Placements, place_on_ground
 from scenes.rig.pose import Instances, PoseTables, pose_points
 from scenes.rig.rigged_prototype import RiggedPrototype

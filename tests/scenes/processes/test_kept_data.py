@@ -8,8 +8,9 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from scenes.models.catalogue import MODELS, Weather
+from scenes.models.catalogue import MODELS
 from scenes.processes.kept_data import kept_data, pack, unpack
+from scenes.trees.species import Weather
 
 
 def same(a: object, b: object) -> bool:

@@ -14,7 +14,7 @@ from lod.errors import InputError
 from lod.eye import CONTRAST_CLASSES, NEVER_LOST
 from lod.shapes import StickTable
 from scenes.figures.person import standing_people
-from scenes.models.catalogue import CALM_SUMMER, MODELS
+from scenes.models.catalogue import MODELS
 from scenes.sticks.areas import areas_of_parts, directions, largest_area
 from scenes.sticks.by_view import area_shares_at, with_area_share
 from scenes.sticks.prototype import (
@@ -29,7 +29,7 @@ from scenes.sticks.prototype import (
     greatest_contrast,
     part_contrast,
 )
-from scenes.trees.species import tree_species
+from scenes.trees.species import CALM_SUMMER, tree_species
 from scenes.trees.tree import tree_prototypes
 
 

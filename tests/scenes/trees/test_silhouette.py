@@ -23,7 +23,7 @@ from lod.shapes import StickTable
 from lod.view import View
 from scenes.appearance.visible_area import first_met, visible_areas
 from scenes.field.species_field import Placed
-from scenes.models.names import tree_species_names
+from scenes.model_files.names import tree_species_names
 from scenes.sticks.areas import directions
 from scenes.sticks.by_view import area_shares_at, with_area_share
 from scenes.trees.species import tree_species

@@ -22,13 +22,13 @@ from lod.pruner import prune
 from lod.view import View
 from scenes.field.placement import Species
 from scenes.field.species_field import Placed, SpeciesField
-from scenes.models.catalogue import SEASONS, Weather, model_prototypes
-from scenes.models.names import tree_species_names
+from scenes.model_files.names import tree_species_names
+from scenes.models.catalogue import model_prototypes
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.rig.rotations import from_euler
 from scenes.sticks.areas import mean_area, mean_outline_areas
 from scenes.sticks.prototype import Prototype
-from scenes.trees.species import read_species, species_folder, tree_species
+from scenes.trees.species import SEASONS, Weather, read_species, species_folder, tree_species
 from scenes.trees.tree import grow_tree, swaying_trees, tree_prototypes
 from tests.scenes.figures.motion_phase import at_phase
 
