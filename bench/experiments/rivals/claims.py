@@ -1,6 +1,6 @@
 """What the rivals experiment claims, judged from its raw errors, times and bytes alone."""
 
-from bench.experiments.rivals.equal_error import AtEqualError, at_equal_error, beside_best_rival
+from bench.methods.comparison import AtEqualError, at_equal_error, beside_best_rival
 from bench.records.claims import Claim, claim
 from bench.records.points import Point, grouped
 from bench.statistics.estimates import two_sided_factor

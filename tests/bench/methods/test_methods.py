@@ -9,9 +9,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bench.arms import registry
-from bench.arms.arm import engine_view
-from bench.arms.discrete_levels import (
+from bench.fields.windows import Picture, window_preset
+from bench.methods import catalogue as registry
+from bench.methods.catalogue import OURS, arms, culled_beyond
+from bench.methods.discrete_levels import (
     BAND,
     NOTHING,
     OMITTED,
@@ -21,10 +22,14 @@ from bench.arms.discrete_levels import (
     version_limits,
     versions_at,
 )
-from bench.arms.plain_arms import culled_beyond
-from bench.arms.registry import OURS, arms
-from bench.arms.stochastic import CONTRASTS, drawn_shares, elements_of, outline_areas, toward_mean
-from bench.fields.windows import Picture, window_preset
+from bench.methods.method import engine_view
+from bench.methods.stochastic import (
+    CONTRASTS,
+    drawn_shares,
+    elements_of,
+    outline_areas,
+    toward_mean,
+)
 from lod.errors import InputError
 from lod.pruner import prune
 from lod.view import distance, in_view

@@ -4,14 +4,66 @@ import time
 import weakref
 from dataclasses import dataclass, field, replace
 
-from bench.arms.arm import Arm, Updater
-from bench.experiments.rivals.equal_error import STAGES
+from bench.fields.windows import Picture, window_preset
+from bench.methods.catalogue import arms
+from bench.methods.comparison import STAGES
+from bench.methods.method import Arm, Updater
 from bench.records.points import Column, Point, columns
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.layers import Layers
 from scenes.preset.tables import Preset
+from scenes.render.pipeline.render import render_frame
 from scenes.render.pipeline.stages import BuiltFrame, build_frame, move_camera, trace
-from scenes.world.world import World
+from scenes.world.world import World, build_world
+
+_BARE = "species.sward.density=0"
+"""Trees and people are compared; blades of grass would be nearly all parts there are."""
+
+KINDS: dict[str, tuple[str, tuple[str, ...]]] = {
+    "crowd": ("crowd", ("species.tree.density=0",)),
+    "meadow": ("meadow", (_BARE,)),
+    "swaying": ("meadow", (_BARE, "wind.speed=6")),
+    "forest": ("forest", (_BARE,)),
+    "swaying forest": ("forest", (_BARE, "wind.speed=6")),
+    "from above": ("meadow", (_BARE, "camera.height=60", "camera.pitch=-20")),
+}
+"""For each kind of world its preset and what is changed in it."""
+
+
+@dataclass(frozen=True)
+class Window:
+    """One field of one kind of world, and how its frames are measured.
+
+    objects   mean number of objects in the window
+    field     number of the field, added to the run's seed
+    picture   size, and samples of each pixel
+    pairs     pairs of sampler seeds by which errors are measured
+    repeats   timed frames of each arm and setting
+    variant   of the renderer
+    arms      names of those that are tried; none = all
+    weighed   settings of each arm whose memory is measured, of those that are timed
+    """
+
+    kind: str
+    objects: float
+    field: int
+    picture: Picture
+    pairs: int
+    repeats: int
+    variant: str
+    arms: tuple[str, ...] = ()
+    weighed: int = 1
+
+    @property
+    def label(self) -> str:
+        """The name of the case, in short."""
+        return f"{self.kind}, {self.objects:g} objects, field {self.field + 1}"
+
+    def preset(self, seed: int, *more: str) -> Preset:
+        """Make the preset of the whole window, unpruned; ``more`` are other settings."""
+        name, settings = KINDS[self.kind]
+        words = (*settings, *more, f"seed={seed + self.field}")
+        return window_preset(name, words, self.objects, self.picture, None)
 
 
 @dataclass
@@ -103,3 +155,10 @@ def prepared_runner(arm: Arm, setting: float, world: World, preset: Preset) -> R
     start = time.perf_counter()
     updater = arm.prepare(world, preset, setting)
     return Runner(arm, setting, updater, time.perf_counter() - start)
+
+
+def make_one_frame(window: Window, seed: int, arm: str, setting: float) -> None:
+    """Make and trace the first frame of a window: in a fresh process, for its memory."""
+    preset = window.preset(seed)
+    updater = arms()[arm].prepare(build_world(preset), preset, setting)
+    render_frame(updater(1, window.variant), 1)

@@ -1,10 +1,18 @@
-"""The readings of the metric, everything, and culling alone, as arms."""
+"""The readings of the metric, everything, and culling alone, as arms.
+
+Which arms are there? Those of this package, and those of other packages by entry point.
+
+A package names its arms (``bench.methods.method.Arm``) in the group ``lodbench.arms``.
+"""
 
 from dataclasses import replace
 
 import numpy as np
 
-from bench.arms.arm import Arm, Updater, by_view, engine_view, frame_of
+from bench.methods.discrete_levels import DISCRETE
+from bench.methods.method import DETAILS_PX, Arm, Updater, by_view, engine_view, frame_of
+from bench.methods.stochastic import STOCHASTIC
+from lod.errors import InputError
 from lod.metric import METRICS, Metric, full
 from lod.view import View, in_view
 from scenes.field.cells import candidates
@@ -12,11 +20,11 @@ from scenes.field.species_field import SpeciesField
 from scenes.frame.assemble import assemble_frame
 from scenes.frame.displayed import DisplayedRepresentation, display
 from scenes.frame.frame_input import FrameInput
+from scenes.plugins.entry_points import installed, load_entry
 from scenes.preset.tables import Preset
 from scenes.world.view import camera_between
 from scenes.world.world import World
 
-DETAILS_PX = (0.5, 1.0, 2.0, 4.0, 8.0)
 DISTANCES_M = (800.0, 400.0, 200.0, 100.0, 50.0)
 
 
@@ -125,3 +133,32 @@ IN_VIEW = Arm(
     prepare_in_view,
     culled_out_of_view,
 )
+
+
+ARMS = "lodbench.arms"
+
+OURS: dict[str, Arm] = {
+    arm.name: arm
+    for arm in (
+        *map(metric_arm, ("blake", "bounded", "solid_angle", "depth")),
+        EVERYTHING,
+        DISCRETE,
+        STOCHASTIC,
+        DISTANCE,
+        IN_VIEW,
+    )
+}
+"""The arms of this package by name; ``full`` is what the others are compared with."""
+
+
+def arms() -> dict[str, Arm]:
+    """Return every arm by name, this package's first.
+
+    Raises InputError for an installed arm that cannot be imported, and for one of a taken name.
+    """
+    found = dict(OURS)
+    for name in installed(ARMS):
+        if name in found:
+            raise InputError(f"{ARMS} {name}", name, "a name that no arm has", "rename the arm")
+        found[name] = load_entry(ARMS, name, Arm)
+    return found

@@ -15,8 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from bench.arms.arm import Arm, Updater, engine_view, frame_of
-from bench.arms.plain_arms import DETAILS_PX
+from bench.methods.method import DETAILS_PX, Arm, Updater, engine_view, frame_of
 from lod.arrays import ArrayData, FloatArray, IntArray, expand
 from lod.pruner import BlendWeights, Cut
 from lod.shapes import Sticks

@@ -11,8 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bench.arms.arm import Arm, Updater, engine_view, frame_of
-from bench.arms.plain_arms import DETAILS_PX
+from bench.methods.method import DETAILS_PX, Arm, Updater, engine_view, frame_of
 from lod.arrays import ArrayData, FloatArray, IntArray
 from lod.metric import Metric
 from lod.pruner import Cut, Parts, cut_from_parts, prune

@@ -13,6 +13,9 @@ from scenes.preset.tables import Preset
 from scenes.world.view import view_at
 from scenes.world.world import World
 
+DETAILS_PX = (0.5, 1.0, 2.0, 4.0, 8.0)
+"""Detail thresholds that methods with one are tried at, from the finest [px]."""
+
 Updater = Callable[[int, str], FrameInput]
 """A function from a frame's number, from 1, and a Mitsuba variant to the frame's input.
 

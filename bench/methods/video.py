@@ -14,8 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from bench.outside.child_process import answer_of
-from bench.outside.environments import VIDEO
+from bench.methods.environments import VIDEO, answer_of
 
 
 def just_objectionable_differences(
