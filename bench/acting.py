@@ -9,10 +9,10 @@ that frame alone, and in all of the ``COPIED`` frames up to it, which is longer 
 
 Do people who walk about keep clear of each other, and do their feet stand still?
 
-Feet are held against those of a field's walkers, who go round in circles (``scenes.figures.patrol``),
-by the same measure: of the heels and balls of both feet the lowest stands on the ground, as
-walkers always have a foot on it. How far does it go over the ground from one frame to the next, if
-it is the lowest in both, and how far is any below the ground?
+Feet are held against those of a field's walkers, who go round in circles
+(``scenes.figures.patrol``), by the same measure: of the heels and balls of both feet the lowest
+stands on the ground, as walkers always have a foot on it. How far does it go over the ground from
+one frame to the next, if it is the lowest in both, and how far is any below the ground?
 
 Where the time of an actor's update goes: quaternions, messages, the behaviour, and the pruner.
 
