@@ -23,8 +23,8 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from lod.errors import InputError
 from scenes.figures.anatomy import MEAN, SIDES, Anatomy, Build, Joint, Part, Rod, build_prototype
 from scenes.figures.gait import Gait, with_gait
-from scenes.imported.parameter_file import read_model_file
 from scenes.model_files.names import animal_names
+from scenes.model_files.parameter_file import read_model_file
 from scenes.rig.rigged_prototype import RiggedPrototype
 
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]

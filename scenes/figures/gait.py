@@ -33,7 +33,7 @@ from scipy.interpolate import PchipInterpolator
 from lod.arrays import Reals
 from lod.errors import InputError
 from scenes.figures.anatomy import side_of
-from scenes.imported.parameter_file import CLOSED
+from scenes.model_files.parameter_file import CLOSED
 from scenes.rig.rig import Feet, Motion, Rig, key_phases
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.rig.rotations import (

@@ -27,7 +27,7 @@ from pydantic import BaseModel, Field, ValidationError
 from lod.arrays import ArrayData, FloatArray, IntArray
 from lod.errors import InputError
 from lod.shapes import Mesh, MeshTable, triangle_areas
-from scenes.imported.parameter_file import CLOSED, read_model_file
+from scenes.model_files.parameter_file import CLOSED, read_model_file
 
 MOST_NODES, MOST_TRIANGLES = 50_000, 2_000_000
 """Nodes and triangles of one model at most: what a process can hold, prune and measure."""

@@ -22,7 +22,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from scenes.imported.parameter_file import CLOSED, read_model_file
+from scenes.model_files.parameter_file import CLOSED, read_model_file
 
 Albedo = Annotated[float, Field(ge=0, le=1)]
 Colour = tuple[Albedo, Albedo, Albedo]
