@@ -34,13 +34,13 @@ def serial_executor(
 def dask_executor(where: str | None, say: Callable[[str], object]) -> Iterator[CaseExecutor]:
     """Give an executor over a Dask cluster, with one task for each case.
 
-    ``where`` is what ``scenes.render.sequence.dask_cluster`` takes; None gives ``serial_executor``.
+    ``where`` is what ``scenes.render.cluster`` takes; None gives ``serial_executor``.
     ``say`` is told of the cluster what someone who waits may want to know.
     """
     if where is None:
         yield serial_executor
         return
-    from scenes.render.sequence.dask_cluster import cluster
+    from scenes.render.cluster import cluster
 
     with cluster(where, threads=1, say=say) as workers:
 

@@ -23,7 +23,7 @@ from bench.records.records import read_record
 from bench.runner.dask_cases import CaseExecutor
 from lod.errors import InputError
 from scenes.plugins.entry_points import modules
-from scenes.processes.source_digest import PACKAGES, source_digest
+from scenes.processes.cache import PACKAGES, source_digest
 
 JOURNAL = ".journal"
 

@@ -104,6 +104,6 @@ def case_label(case: Any) -> str:
 def _variant(experiment: Experiment) -> str | None:
     if not experiment.rendered:
         return None
-    from scenes.render.mitsuba.variants import choose
+    from scenes.render.variants import choose
 
     return choose()

@@ -27,7 +27,7 @@ from bench.records.provenance import scene_digest
 from bench.runner.experiment import Effort
 from scenes.frame.quality import Quality
 from scenes.models.stone import column
-from scenes.render.mitsuba.variants import choose
+from scenes.render.variants import choose
 
 SHOTS = (
     *(Shot("blake", detail) for detail in (3.0, 8.0)),

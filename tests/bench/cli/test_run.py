@@ -15,7 +15,7 @@ from bench.records.points import Point
 from bench.records.records import read_record
 from bench.runner import run_experiment as run_module
 from bench.runner.experiment import Effort
-from scenes.render.mitsuba import variants
+from scenes.render import variants
 
 HELD = Claim("slope", "slope of objects", "an exponent", "§4.1", 1.0, 0.02, 1.001, 0.99, 1.01)
 FAILED = Claim("ratio", "measured ÷ predicted", "a ratio", "§4.1", 1.0, 0.02, 1.5, 1.4, 1.6)

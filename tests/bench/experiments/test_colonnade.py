@@ -25,7 +25,7 @@ from bench.experiments.registry import EXPERIMENTS
 from bench.runner.run_experiment import run_experiment
 from scenes.frame.quality import Quality
 from scenes.models.stone import HEIGHT_M, RADIUS_M, column
-from scenes.render.mitsuba.variants import choose
+from scenes.render.variants import choose
 from tests.bench.edited import edited
 
 

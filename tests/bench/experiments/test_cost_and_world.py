@@ -17,7 +17,7 @@ from bench.frame_costs import preset_costs
 from bench.records.points import Column, Point, columns
 from bench.records.provenance import provenance
 from bench.records.records import Record
-from scenes.render.mitsuba.variants import choose
+from scenes.render.variants import choose
 
 
 def frames(**share):

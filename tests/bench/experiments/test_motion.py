@@ -15,7 +15,7 @@ from bench.experiments.registry import EXPERIMENTS
 from bench.records.points import Column, Point, columns, merge_points
 from bench.runner.run_experiment import run_experiment
 from bench.statistics.excess_flip import LEAST_PAIRS
-from scenes.render.mitsuba.variants import choose
+from scenes.render.variants import choose
 from tests.bench.edited import edited
 
 

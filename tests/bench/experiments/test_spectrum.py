@@ -11,7 +11,7 @@ from bench.experiments.spectrum.measure import DETAILS, picture, spectrum
 from bench.records.points import Column, Point, predictions
 from bench.records.provenance import provenance
 from bench.records.records import Record
-from scenes.render.mitsuba.variants import choose
+from scenes.render.variants import choose
 
 OCTAVES = len(EDGES) - 1
 
