@@ -32,9 +32,11 @@ from scenes.frame.assemble import assemble_frame
 from scenes.frame.layers import Layers
 from scenes.preset.load import load_preset
 from scenes.preset.tables import Preset
+from scenes.render import pictures as contact_sheet
+from scenes.render import pictures as movie
 from scenes.render.exr.header import frame_header
 from scenes.render.exr.layers import write_exr
-from scenes.render.pictures import contact_sheet, movie, save_picture
+from scenes.render.pictures import save_picture
 from scenes.render.pipeline.render import render_frame
 from scenes.render.variants import choose
 from scenes.world.view import view_at

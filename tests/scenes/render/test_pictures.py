@@ -16,6 +16,8 @@ from PIL import Image
 from lod.errors import InputError
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.layers import Layers
+from scenes.render import pictures as contact_sheet
+from scenes.render import pictures as denoise_layers
 from scenes.render.exr.layers import write_exr
 from scenes.render.pictures import (
     KEY,
@@ -24,7 +26,6 @@ from scenes.render.pictures import (
     TONE_CURVES,
     PictureStyle,
     auto_exposure,
-    contact_sheet,
     default_columns,
     level_colours,
     level_pixels,
@@ -32,7 +33,6 @@ from scenes.render.pictures import (
     preview_pixels,
     to_srgb_8bit,
 )
-from scenes.render.pictures import denoise as denoise_layers
 from scenes.render.pipeline.render import render_frame
 
 

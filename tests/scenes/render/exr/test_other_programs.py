@@ -155,9 +155,7 @@ def test_imageio_reads_the_picture_through_opencv(files, form):
 
 
 def test_oiiotool_tells_every_layer_and_seed(files):
-    tool = shutil.which(
-        "oiiotool", path=f"{Path(sys.executable).parent}{os.pathsep}{os.defpath}"
-    )
+    tool = shutil.which("oiiotool", path=f"{Path(sys.executable).parent}{os.pathsep}{os.defpath}")
     if tool is None:
         pytest.skip("there is no oiiotool here")
     for name, parts in (("one", 1), ("parts", 7)):
