@@ -9,10 +9,10 @@ that frame alone, and in all of the ``COPIED`` frames up to it, which is longer 
 
 Do people who walk about keep clear of each other, and do their feet stand still?
 
-Feet are held against those of a field's walkers, who go round in circles (``scenes.gait.patrol``),
-by the same measure: of the heels and balls of both feet the lowest stands on the ground, as
-walkers always have a foot on it. How far does it go over the ground from one frame to the next, if
-it is the lowest in both, and how far is any below the ground?
+Feet are held against those of a field's walkers, who go round in circles
+(``scenes.figures.patrol``), by the same measure: of the heels and balls of both feet the lowest
+stands on the ground, as walkers always have a foot on it. How far does it go over the ground from
+one frame to the next, if it is the lowest in both, and how far is any below the ground?
 
 Where the time of an actor's update goes: quaternions, messages, the behaviour, and the pruner.
 
@@ -58,8 +58,8 @@ from scenes.actors.performance import (
     posed_prototype,
 )
 from scenes.field.prototypes import species_prototypes
-from scenes.gait.foot_path import heel_and_ball
-from scenes.gait.patrol import PatrolOrbit
+from scenes.figures.gait import heel_and_ball
+from scenes.figures.patrol import PatrolOrbit
 from scenes.models.catalogue import model_prototypes
 from scenes.preset.load import load_preset, preset_from
 from scenes.preset.tables import Preset

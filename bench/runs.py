@@ -34,7 +34,7 @@ from bench.records.records import (
 )
 from lod.errors import InputError
 from scenes.plugins.entry_points import modules
-from scenes.processes.source_digest import PACKAGES, source_digest
+from scenes.processes.cache import PACKAGES, source_digest
 
 CaseExecutor = Callable[[Callable[..., Any], Sequence[tuple[Any, ...]]], Iterator[Any]]
 """A function that calls another with each case's arguments, and gives the results in order."""
@@ -54,13 +54,13 @@ def serial_executor(
 def dask_executor(where: str | None, say: Callable[[str], object]) -> Iterator[CaseExecutor]:
     """Give an executor over a Dask cluster, with one task for each case.
 
-    ``where`` is what ``scenes.render.sequence.dask_cluster`` takes; None gives ``serial_executor``.
+    ``where`` is what ``scenes.render.cluster`` takes; None gives ``serial_executor``.
     ``say`` is told of the cluster what someone who waits may want to know.
     """
     if where is None:
         yield serial_executor
         return
-    from scenes.render.sequence.dask_cluster import cluster
+    from scenes.render.cluster import cluster
 
     with cluster(where, threads=1, say=say) as workers:
 
@@ -270,7 +270,7 @@ def _origin(experiment: Experiment, asked: RunRequest, points: tuple[Point, ...]
     threads = (os.cpu_count() or 1) if experiment.all_cores else 1
     variant = None
     if experiment.rendered:
-        from scenes.render.mitsuba.variants import choose
+        from scenes.render.variants import choose
 
         variant = choose()
     return provenance(scene, asked.seed, threads, variant)

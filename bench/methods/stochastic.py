@@ -27,7 +27,7 @@ from scenes.field.prototypes import SpeciesPrototypes
 from scenes.field.species_field import SpeciesField
 from scenes.frame.displayed import DisplayedRepresentation
 from scenes.preset.tables import Preset
-from scenes.rig.pose_tables import Instances
+from scenes.rig.pose import Instances
 from scenes.world.world import World
 
 FADE = 0.2

@@ -190,7 +190,7 @@ def claim(
     violation_expected: bool = False,
     headline: bool = False,
 ) -> Claim:
-    """Make a claim, as ``claim("parts ÷ predicted", within(1, 0.005), {…}, found, unit="field", …)``.
+    """Make a claim, as ``claim("parts ÷ predicted", within(1, 0.005), {…}, found, unit="field")``.
 
     Arguments are those of ``Claim``; the whole of the estimate's interval decides the verdict.
     """

@@ -17,10 +17,10 @@ import numpy as np
 
 from scenes.frame.assemble import assemble_frame
 from scenes.preset.load import load_preset
-from scenes.render.description.describe import describe_frame
-from scenes.render.mitsuba.variants import choose
-from scenes.render.pictures.tone_map import auto_exposure, to_srgb
+from scenes.render.description import describe_frame
+from scenes.render.pictures import auto_exposure, to_srgb
 from scenes.render.pipeline.render import render_frame
+from scenes.render.variants import choose
 from scenes.world.world import build_world
 
 NOTE, SOURCES, CASES = "probe", "sources", "cases"

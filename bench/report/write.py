@@ -17,7 +17,7 @@ from bench.report.markdown import picture_path, plot_path, to_markdown
 from bench.report.stale import stale
 from bench.report.tables import TABLES, claims_csv, claims_json, points_csv
 from lod.errors import InputError
-from scenes.render.files.whole_file import check_free, made_by_lodbench, whole_file
+from scenes.files import check_free, made_by_lodbench, whole_file
 
 _Result = TypeVar("_Result")
 

@@ -152,8 +152,8 @@ def ready_scene_rows(variant: str, size: str, repeats: int) -> Rows:
     All cores work. A smaller scene comes first, so that nothing is loaded or compiled while it is
     timed. Memory is what the first of the repeats takes.
     """
-    from scenes.render.mitsuba.variants import choose
     from scenes.render.pipeline.stages import build_frame
+    from scenes.render.variants import choose
 
     process, quality = psutil.Process(), Quality(choose(variant))
     for one, times in (("64x36", 1), (size, repeats)):

@@ -7,7 +7,7 @@ without a side that it shares with the limb that carries it: a person's right ha
 
 How a body moves at a speed: the stride, the cadence and the share of its walk that it takes.
 
-Stride goes as speed to the power 0.6, as among the walkers of a field (``scenes.gait.patrol``).
+Stride goes as speed to the power 0.6, as among the walkers of a field (``scenes.figures.patrol``).
 Below ``SLOWEST`` of its own speed a walker's strides keep their length and its pose goes over to
 that at rest, in steps of an eighth; from there on it stands.
 """
@@ -25,9 +25,9 @@ from lod.actors.joint import JointLimits, RevoluteJoint
 from lod.actors.message import SEPARATOR, Route, ask, change
 from lod.actors.object_with_parts import mutator, query
 from lod.actors.quaternion import Components, Quaternion, Vector, VectorLike, vector
+from scenes.figures.anatomy import SIDES
 from scenes.models.catalogue import at_rest
-from scenes.rig.anatomy import SIDES
-from scenes.rig.keyframes import Motion
+from scenes.rig.rig import Motion
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.rig.rotations import Quaternions, from_euler, rotate_vectors
 

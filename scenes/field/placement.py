@@ -33,9 +33,9 @@ from lod.metric import Metric
 from lod.view import View
 from scenes.field.cells import CellSamples
 from scenes.field.prototypes import SpeciesPrototypes
-from scenes.gait.patrol import PatrolOrbit, stride_factors
+from scenes.figures.patrol import PatrolOrbit, stride_factors
 from scenes.rig.foot_placement import Heights, Placements, place_on_ground
-from scenes.rig.pose_tables import Instances
+from scenes.rig.pose import Instances
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.sticks.prototype import Prototype
 from scenes.terrain.relief import Relief

@@ -1,7 +1,7 @@
 """Prototypes whose leaf appearances shine as what they hide does in a world's light.
 
 Prototypes of one species that look the same but for their size are fitted once, and all of a
-species together: one table of tones stands for them (``scenes.sticks.appearance.tone``).
+species together: one table of tones stands for them (``scenes.appearance.tone``).
 
 Prototypes of a species compiled into tables, and the parts and sticks of its posed instances.
 """
@@ -19,15 +19,13 @@ from lod.motion import motion_steps
 from lod.pruner import BlendWeights, Cut, Parts
 from lod.shapes import Appearance, Sticks, SticksAndTriangles
 from lod.view import View
+from scenes.appearance.tone import Illumination, fit_tone
 from scenes.field.emission import emit, emit_meshes
 from scenes.field.part_tables import PartTables
 from scenes.field.traversal import DisplayedRows, TraversalTables, node_limits, traverse
-from scenes.processes.content_key import content_key
-from scenes.rig.pose import pose_points
-from scenes.rig.pose_tables import Instances, PoseTables
-from scenes.rig.rigged_prototype import RiggedPrototype, rigged
-from scenes.rig.speed_bound import speed_bound
-from scenes.sticks.appearance.tone import Illumination, fit_tone
+from scenes.processes.cache import content_key
+from scenes.rig.pose import Instances, PoseTables, pose_points
+from scenes.rig.rigged_prototype import RiggedPrototype, rigged, speed_bound
 from scenes.sticks.prototype import Prototype
 
 

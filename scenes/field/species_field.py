@@ -16,6 +16,7 @@ from lod.camera import GRID_M, Corner
 from lod.pruner import BlendWeights, Cut, Parts
 from lod.shapes import Appearance
 from lod.view import View
+from scenes.appearance.tone import Illumination
 from scenes.field.cells import (
     CellSamples,
     PoissonCells,
@@ -33,9 +34,8 @@ from scenes.field.prototypes import (
     species_prototypes,
 )
 from scenes.rig.foot_placement import Placements, place_on_ground
-from scenes.rig.pose_tables import Instances
+from scenes.rig.pose import Instances
 from scenes.rig.rigged_prototype import RiggedPrototype
-from scenes.sticks.appearance.tone import Illumination
 from scenes.sticks.prototype import Prototype
 from scenes.terrain.ground import Ground
 

@@ -28,6 +28,10 @@ from scenes.rig.pose import (
     IDENTITY,
     NO_POSE,
     POSED,
+    InstanceColumns,
+    Instances,
+    PoseColumns,
+    PoseTables,
     begin_pose,
     mark_joint,
     pose_buffers,
@@ -35,7 +39,6 @@ from scenes.rig.pose import (
     rotation_matrix,
     transform_point,
 )
-from scenes.rig.pose_tables import InstanceColumns, Instances, PoseColumns, PoseTables
 
 _ROUNDING_M = 1e-6
 """More than positions within a frame are ever rounded by [m]."""

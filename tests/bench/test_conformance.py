@@ -25,7 +25,7 @@ from lod.pruner import prune
 from scenes.plugins import entry_points as plugins
 from scenes.plugins.representation import plugin_by_name
 from scenes.preset.load import load_preset
-from scenes.render.mitsuba.variants import choose, trusting
+from scenes.render.variants import choose, trusting
 
 EXPERIMENTS = experiments()
 

@@ -17,7 +17,7 @@ from bench.runs import run_experiment
 from lod.air import CLEAR
 from scenes.field import prototypes as lit_prototypes
 from scenes.field import prototypes as posed_species
-from scenes.render.haze import haze
+from scenes.render import haze
 from scenes.world import world
 
 EXPERIMENTS = experiments()

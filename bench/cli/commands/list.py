@@ -32,7 +32,7 @@ def command(preset: str | None, as_json: bool) -> None:
     from bench.studies.registry import study_descriptions
     from lod.metric import METRICS, Metric
     from scenes.actors.behaviours import described_behaviours
-    from scenes.model_files.user_models import models_folder, user_model_names
+    from scenes.model_files.names import models_folder, user_model_names
     from scenes.plugins.entry_points import METRIC, REPRESENTATION, described
     from scenes.plugins.representation import RepresentationPlugin
     from scenes.preset.load import preset_names

@@ -13,9 +13,9 @@ from bench.cli.output import Output, output, table
 from bench.cli.progress import RunTime, progress_bar, time_left_text
 from bench.runs import CaseExecutor, dask_executor
 from lod.errors import InputError
+from scenes.files import make_folder
 from scenes.preset.errors import nearest_name
 from scenes.preset.values import LARGEST_SEED
-from scenes.render.files.frame_paths import make_folder
 
 if TYPE_CHECKING:
     from bench.records.claims import Claim

@@ -26,8 +26,8 @@ from bench.old_experiment import Effort
 from bench.records.provenance import scene_digest
 from bench.records.records import Column, Point, columns
 from scenes.frame.quality import Quality
-from scenes.models.column import column
-from scenes.render.mitsuba.variants import choose
+from scenes.models.stone import column
+from scenes.render.variants import choose
 
 SHOTS = (
     *(Shot("blake", detail) for detail in (3.0, 8.0)),

@@ -37,9 +37,9 @@ from scenes.frame.displayed import DisplayedRepresentation
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.layers import Layers
 from scenes.preset.tables import Preset
-from scenes.render.mitsuba.variants import choose
 from scenes.render.pipeline.stages import build_frame, move_camera, trace
-from scenes.sticks.contrast import LUMINANCE
+from scenes.render.variants import choose
+from scenes.sticks.prototype import LUMINANCE
 from scenes.world.light import sun_and_sky
 from scenes.world.view import preset_air
 from scenes.world.world import World, build_world

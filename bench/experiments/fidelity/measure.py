@@ -47,7 +47,7 @@ from bench.records.records import NOTE, Column, Key, Point, columns
 from bench.statistics.excess_flip import PIXELS_PER_DEGREE
 from scenes.frame.assemble import frame_quality
 from scenes.frame.frame_input import FrameInput
-from scenes.render.mitsuba.variants import choose
+from scenes.render.variants import choose
 from scenes.world.light import sun_and_sky
 from scenes.world.view import preset_air
 

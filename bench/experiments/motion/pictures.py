@@ -19,7 +19,7 @@ from scenes.frame.assemble import assemble_frame
 from scenes.frame.frame_input import FrameInput
 from scenes.preset.load import load_preset
 from scenes.preset.tables import Preset
-from scenes.render.pictures.tone_map import auto_exposure, to_srgb
+from scenes.render.pictures import auto_exposure, to_srgb
 from scenes.render.pipeline.render import render_frame
 from scenes.world.world import World, build_world
 

@@ -30,7 +30,7 @@ from lod.view import View, distance
 from scenes.field.placement import Species
 from scenes.field.species_field import SpeciesField
 from scenes.preset.load import load_preset
-from scenes.render.mitsuba.variants import choose
+from scenes.render.variants import choose
 from scenes.sticks.prototype import Prototype
 from scenes.world.world import build_world
 

@@ -25,9 +25,9 @@ from scenes.frame.frame_input import FrameInput
 from scenes.frame.quality import Quality
 from scenes.preset.load import load_preset
 from scenes.preset.tables import Preset
-from scenes.render.mitsuba.variants import choose
 from scenes.render.pipeline.render import render_frame
-from scenes.sticks.contrast import LUMINANCE
+from scenes.render.variants import choose
+from scenes.sticks.prototype import LUMINANCE
 from scenes.world.light import Light
 from scenes.world.view import view_at
 from scenes.world.world import World, build_world

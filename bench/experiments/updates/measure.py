@@ -32,8 +32,8 @@ from scenes.frame.displayed import DisplayedRepresentation, display
 from scenes.frame.schedule import is_scheduled, poses_over
 from scenes.preset.load import load_preset
 from scenes.preset.tables import Preset
-from scenes.render.mitsuba.variants import choose
 from scenes.render.pipeline.render import render_frame
+from scenes.render.variants import choose
 from scenes.world.view import frame_time, view_at
 from scenes.world.world import World, build_world
 

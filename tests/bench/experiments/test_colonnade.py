@@ -24,8 +24,8 @@ from bench.experiments.colonnade.scene import (
 )
 from bench.runs import run_experiment
 from scenes.frame.quality import Quality
-from scenes.models.column import HEIGHT_M, RADIUS_M, column
-from scenes.render.mitsuba.variants import choose
+from scenes.models.stone import HEIGHT_M, RADIUS_M, column
+from scenes.render.variants import choose
 from tests.bench.edited import edited
 
 EXPERIMENTS = experiments()

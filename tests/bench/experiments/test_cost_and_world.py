@@ -16,7 +16,7 @@ from bench.experiments.world.claims import judge as judge_world
 from bench.frame_costs import preset_costs
 from bench.records.provenance import provenance
 from bench.records.records import Column, Point, Record, columns
-from scenes.render.mitsuba.variants import choose
+from scenes.render.variants import choose
 
 EXPERIMENTS = experiments()
 

@@ -36,7 +36,7 @@ from lod.pruner import prune
 from lod.view import in_view
 from scenes.frame.layers import Layers
 from scenes.preset.load import load_preset
-from scenes.sticks.contrast import LUMINANCE
+from scenes.sticks.prototype import LUMINANCE
 from scenes.world.view import preset_air, view_at
 from scenes.world.world import build_world
 

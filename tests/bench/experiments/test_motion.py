@@ -15,7 +15,7 @@ from bench.experiments.motion.pictures import Pictures
 from bench.records.records import Column, Point, columns, merge_points
 from bench.runs import run_experiment
 from bench.statistics.excess_flip import LEAST_PAIRS
-from scenes.render.mitsuba.variants import choose
+from scenes.render.variants import choose
 from tests.bench.edited import edited
 
 EXPERIMENTS = experiments()

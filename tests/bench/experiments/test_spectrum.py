@@ -10,7 +10,7 @@ from bench.experiments.spectrum.claims import EDGES, judge
 from bench.experiments.spectrum.measure import DETAILS, picture, spectrum
 from bench.records.provenance import provenance
 from bench.records.records import Column, Point, Record, predictions
-from scenes.render.mitsuba.variants import choose
+from scenes.render.variants import choose
 
 OCTAVES = len(EDGES) - 1
 

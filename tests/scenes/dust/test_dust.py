@@ -19,7 +19,7 @@ from scenes.dust.soil import Soil
 from scenes.field.cells import CellSamples
 from scenes.field.placement import Species, patrol_orbits
 from scenes.field.species_field import SpeciesField
-from scenes.models.animals.catalogue import animal
+from scenes.figures.animal_file import animal
 from scenes.models.catalogue import people
 from scenes.preset.load import preset_from
 from scenes.terrain.relief import Relief

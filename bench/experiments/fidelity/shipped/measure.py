@@ -38,7 +38,7 @@ from scenes.frame.assemble import frame_quality
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.quality import Quality
 from scenes.preset.tables import Preset
-from scenes.render.mitsuba.variants import choose
+from scenes.render.variants import choose
 from scenes.world.light import sun_and_sky
 from scenes.world.view import preset_air, view_at
 from scenes.world.world import World, build_world

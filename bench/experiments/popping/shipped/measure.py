@@ -19,7 +19,7 @@ from bench.records.provenance import scene_digest
 from bench.records.records import Point, columns
 from scenes.preset.load import load_preset
 from scenes.preset.tables import Preset
-from scenes.render.mitsuba.variants import choose
+from scenes.render.variants import choose
 from scenes.world.world import World, build_world
 
 SPEED = "camera.speed=1.4"

@@ -37,7 +37,7 @@ from bench.records.records import Column, Point, Record, columns, merge_points
 from scenes.frame.assemble import assemble_frame
 from scenes.frame.layers import SKY_Z
 from scenes.preset.load import load_preset, preset_names
-from scenes.render.mitsuba.variants import choose
+from scenes.render.variants import choose
 from scenes.world.view import view_at
 from scenes.world.world import build_world
 

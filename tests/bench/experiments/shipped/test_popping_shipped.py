@@ -17,7 +17,7 @@ from lod.view import View
 from scenes.frame.displayed import display
 from scenes.frame.quality import Quality
 from scenes.preset.load import load_preset
-from scenes.render.mitsuba.variants import choose
+from scenes.render.variants import choose
 from scenes.terrain.terrain import Terrain
 from scenes.world.light import Light
 
