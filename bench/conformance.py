@@ -30,10 +30,10 @@ from lod.shapes import Appearance, Sticks, Triangles, batches_of
 from lod.view import View, in_view
 from scenes.field.placement import Species
 from scenes.field.species_field import SpeciesField
+from scenes.ground.terrain import Terrain
 from scenes.models.catalogue import model_prototypes
 from scenes.plugins.entry_points import metric_by_name
 from scenes.plugins.representation import make_representation, plugin_by_name
-from scenes.terrain.terrain import Terrain
 
 Batched = Sticks | Triangles
 

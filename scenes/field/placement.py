@@ -34,11 +34,11 @@ from lod.view import View
 from scenes.field.cells import CellSamples
 from scenes.field.prototypes import SpeciesPrototypes
 from scenes.figures.patrol import PatrolOrbit, stride_factors
+from scenes.ground.relief import Relief
 from scenes.rig.foot_placement import Heights, Placements, place_on_ground
 from scenes.rig.pose import Instances
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.sticks.prototype import Prototype
-from scenes.terrain.relief import Relief
 
 WAVES_M = 16.0
 """Shortest waves of the relief that count in the slope [m]."""

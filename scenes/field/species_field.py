@@ -33,11 +33,11 @@ from scenes.field.prototypes import (
     shutter_times,
     species_prototypes,
 )
+from scenes.ground.relief import Ground
 from scenes.rig.foot_placement import Placements, place_on_ground
 from scenes.rig.pose import Instances
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.sticks.prototype import Prototype
-from scenes.terrain.ground import Ground
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,14 +18,14 @@ from lod.metric import METRICS
 from lod.pruner import prune, prune_by_level
 from lod.view import View
 from scenes.appearance.sky import sky_at
-from scenes.far_cover.aggregate_cover import AggregateCover
 from scenes.field.placement import Habitat, Species
 from scenes.field.species_field import Placed, SpeciesField
 from scenes.figures.animal_file import animal
+from scenes.ground.far_cover import AggregateCover
+from scenes.ground.terrain import Terrain
 from scenes.models.catalogue import at_rest, people
 from scenes.models.stone import boulder_prototypes
 from scenes.preset.load import load_preset
-from scenes.terrain.terrain import Terrain
 from scenes.trees.species import tree_species
 from scenes.trees.tree import tree_prototypes
 from scenes.world.world import World, make_habitat
