@@ -1,8 +1,8 @@
 """Cover of undisplayed objects: the ground takes their colour, shade and height.
 
-It is the ``AggregateCover`` of ``scenes.ground.shading`` for species that stand all over the ground.
-For haze that scatters light the same species are a turbid medium: outlines by height, mean colours.
-"""
+It is the ``AggregateCover`` of ``scenes.ground.shading`` for species that stand all over the
+ground. For haze that scatters light the same species are a turbid medium: outlines by height, mean
+colours. """
 
 import math
 from collections.abc import Sequence

@@ -5,16 +5,16 @@ multiple of 2**k, which are exactly the coarser patch's vertices: no T-junction 
 triangles that lose their area are left out. Vertices are merged by their integer coordinates, so
 that shared ones are the same bits.
 
-**Geomorphing.** A new vertex starts on the coarser surface and moves to the relief. One that refining adds lies on an edge of the coarser mesh, midway between two of its vertices,
-its parents. While it morphs it is a blend of their mean and of itself (geomorphing: Hoppe 1996,
-"Progressive meshes"; by distance as in Strugar 2009, "Continuous distance-dependent level of detail
-for rendering heightmaps"). Its parents may themselves be morphing.
+**Geomorphing.** A new vertex starts on the coarser surface and moves to the relief. One that
+refining adds lies on an edge of the coarser mesh, midway between two of its vertices, its parents.
+While it morphs it is a blend of their mean and of itself (geomorphing: Hoppe 1996, "Progressive
+meshes"; by distance as in Strugar 2009, "Continuous distance-dependent level of detail for
+rendering heightmaps"). Its parents may themselves be morphing.
 
-Over the view's band of fading, vertices move from the surface of the coarser tile to the relief, and
-patches of colour smaller than the spacing fade in. Relief too small for the mesh leaves its mean
-light (``scenes.ground.shading``). Where undisplayed objects cover the ground, small bumps are
-hidden with it.
-"""
+Over the view's band of fading, vertices move from the surface of the coarser tile to the relief,
+and patches of colour smaller than the spacing fade in. Relief too small for the mesh leaves its
+mean light (``scenes.ground.shading``). Where undisplayed objects cover the ground, small bumps are
+hidden with it. """
 
 from collections.abc import Callable, Sized
 from dataclasses import dataclass

@@ -1,11 +1,12 @@
 """Tiles of the ground: their limit distances, what nearer ground hides, and patches to be drawn.
 
-**Patches.** A patch is a quarter of a tile. Patches form a linear quadtree: sorted by Morton code, each covers
-an interval of codes (Gargantini 1982, "An effective way to represent quadtrees"). Where neighbours
-differ too much the coarser patch is split (restricted quadtrees: Von Herzen & Barr 1987, "Accurate
-triangulations of deformed, intersecting surfaces").
+**Patches.** A patch is a quarter of a tile. Patches form a linear quadtree: sorted by Morton code,
+each covers an interval of codes (Gargantini 1982, "An effective way to represent quadtrees"). Where
+neighbours differ too much the coarser patch is split (restricted quadtrees: Von Herzen & Barr 1987,
+"Accurate triangulations of deformed, intersecting surfaces").
 
-**Limits.** For a tile of spacing s, where the eye sees ground of mean inclination t (``seen_tilt``):
+**Limits.** For a tile of spacing s, where the eye sees ground of mean inclination t
+(``seen_tilt``):
 
     P  √(s·(h + (2/π)²·t·s)), the root of the cross-section, as the eye sees it, of a bump that
        this spacing adds: half a wave wide, which is s, and so tall as it is high, h (the RMS of
@@ -22,11 +23,12 @@ would make one 2 to 3 times as high, which costs steep ground three times the tr
 better a skyline. All are the bumps' own, not the tile's, so
 the cut does not depend on how many quads a tile has.
 
-**Occlusion** by nearer ground is a floating horizon, column by column. Directions in view are divided into columns, and each is followed outward: how high has the ground
-reached so far, seen from the eye (Wright 1973, "A two-space solution to the hidden line problem for
-plotting functions of two variables"; for tiles of terrain, Stewart 1998, "Hierarchical visibility
-in terrains")? A tile is hidden where it ends below that all along its width. Then nothing of it is
-seen, and it needs no more detail than what is out of view.
+**Occlusion** by nearer ground is a floating horizon, column by column. Directions in view are
+divided into columns, and each is followed outward: how high has the ground reached so far, seen
+from the eye (Wright 1973, "A two-space solution to the hidden line problem for plotting functions
+of two variables"; for tiles of terrain, Stewart 1998, "Hierarchical visibility in terrains")? A
+tile is hidden where it ends below that all along its width. Then nothing of it is seen, and it
+needs no more detail than what is out of view.
 
 Between columns the ground may lie lower: the height that waves too short for the columns rarely
 exceed is subtracted, so columns are narrow. The mesh may differ from the relief by as much as its

@@ -1,17 +1,19 @@
-"""Appearance of an endless stand of objects from afar, measured by tracing lines through it, and kept.
+"""Appearance of an endless stand of objects from afar, measured by tracing lines through it.
 
-**The stand** is a Poisson process of objects that are turned at random. The land is divided into square cells. The number of objects in a cell, their places, prototypes and
-azimuths are functions of the cell and of the number of the stand, so that nothing is stored and
-stands of different numbers are independent.
+**The stand** is a Poisson process of objects that are turned at random. The land is divided into
+square cells. The number of objects in a cell, their places, prototypes and azimuths are functions
+of the cell and of the number of the stand, so that nothing is stored and stands of different
+numbers are independent.
 
-**Light** is followed from the eye back to sun and sky by paths as a renderer follows them (Kajiya, "The rendering equation", SIGGRAPH 1986): at every surface
-the sun, if it is seen from there, and one direction drawn by its cosine, to the sky or to the next
-surface. All is in units of the light on unshadowed level ground.
+**Light** is followed from the eye back to sun and sky by paths as a renderer follows them (Kajiya,
+"The rendering equation", SIGGRAPH 1986): at every surface the sun, if it is seen from there, and
+one direction drawn by its cosine, to the sky or to the next surface. All is in units of the light
+on unshadowed level ground.
 
-**From afar** every species stands at its density, in full detail. Lines come from above at a few depressions δ and angles φ from
-the sun's azimuth, and light is followed back from where they first meet something. Outlines of whole objects are not sampled: they are measured
-exactly (``scenes.sticks.areas``).
-"""
+**From afar** every species stands at its density, in full detail. Lines come from above at a few
+depressions δ and angles φ from the sun's azimuth, and light is followed back from where they first
+meet something. Outlines of whole objects are not sampled: they are measured exactly
+(``scenes.sticks.areas``). """
 
 import math
 from collections.abc import Sequence

@@ -4,13 +4,12 @@ Footfall k of a leg is when its walker's phase, counted on through all cycles, c
 The walker was then at that point of its patrol (``scenes.figures.patrol``), and the foot over the
 footprint that ``scenes.rig.rig`` has for it as it lands.
 
-The colour of dust follows from that of the ground that it comes from. A layer of grains that scatter a share w of what they meet, evenly to all sides, sends back
-ρ = (1 − γ)/(1 + γ) of the light, γ = √(1 − w): the diffusive reflectance of B. Hapke,
-"Bidirectional reflectance spectroscopy 1. Theory", J. Geophys. Res. 86:3039 (1981). Turned round,
-the colour ρ of the ground gives w of one grain: brighter and paler, as raised dust is. What is
-drawn stands for a wad of many finer grains, which shade each other, though less than in a deep
-layer: it has the geometric mean of both.
-"""
+The colour of dust follows from that of the ground that it comes from. A layer of grains that
+scatter a share w of what they meet, evenly to all sides, sends back ρ = (1 − γ)/(1 + γ) of the
+light, γ = √(1 − w): the diffusive reflectance of B. Hapke, "Bidirectional reflectance spectroscopy
+1. Theory", J. Geophys. Res. 86:3039 (1981). Turned round, the colour ρ of the ground gives w of one
+grain: brighter and paler, as raised dust is. What is drawn stands for a wad of many finer grains,
+which shade each other, though less than in a deep layer: it has the geometric mean of both. """
 
 import math
 from collections.abc import Sequence
