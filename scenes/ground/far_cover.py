@@ -2,7 +2,7 @@
 
 It is the ``AggregateCover`` of ``scenes.ground.shading`` for species that stand all over the
 ground. For haze that scatters light the same species are a turbid medium: outlines by height, mean
-colours. """
+colours."""
 
 import math
 from collections.abc import Sequence

@@ -14,7 +14,7 @@ rendering heightmaps"). Its parents may themselves be morphing.
 Over the view's band of fading, vertices move from the surface of the coarser tile to the relief,
 and patches of colour smaller than the spacing fade in. Relief too small for the mesh leaves its
 mean light (``scenes.ground.shading``). Where undisplayed objects cover the ground, small bumps are
-hidden with it. """
+hidden with it."""
 
 from collections.abc import Callable, Sized
 from dataclasses import dataclass

@@ -13,7 +13,7 @@ on unshadowed level ground.
 **From afar** every species stands at its density, in full detail. Lines come from above at a few
 depressions δ and angles φ from the sun's azimuth, and light is followed back from where they first
 meet something. Outlines of whole objects are not sampled: they are measured exactly
-(``scenes.sticks.areas``). """
+(``scenes.sticks.areas``)."""
 
 import math
 from collections.abc import Sequence

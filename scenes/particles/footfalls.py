@@ -9,7 +9,7 @@ scatter a share w of what they meet, evenly to all sides, sends back ρ = (1 −
 light, γ = √(1 − w): the diffusive reflectance of B. Hapke, "Bidirectional reflectance spectroscopy
 1. Theory", J. Geophys. Res. 86:3039 (1981). Turned round, the colour ρ of the ground gives w of one
 grain: brighter and paler, as raised dust is. What is drawn stands for a wad of many finer grains,
-which shade each other, though less than in a deep layer: it has the geometric mean of both. """
+which shade each other, though less than in a deep layer: it has the geometric mean of both."""
 
 import math
 from collections.abc import Sequence
