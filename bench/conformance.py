@@ -32,8 +32,7 @@ from scenes.field.placement import Species
 from scenes.field.species_field import SpeciesField
 from scenes.ground.terrain import Terrain
 from scenes.models.catalogue import model_prototypes
-from scenes.plugins.entry_points import metric_by_name
-from scenes.plugins.representation import make_representation, plugin_by_name
+from scenes.plugins import make_representation, metric_by_name, plugin_by_name
 
 Batched = Sticks | Triangles
 

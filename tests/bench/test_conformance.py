@@ -22,9 +22,9 @@ from bench.runs import sources
 from lod.errors import InputError
 from lod.metric import METRICS, Metric
 from lod.pruner import prune
-from scenes.plugins import entry_points as plugins
-from scenes.plugins.representation import plugin_by_name
-from scenes.preset.load import load_preset
+from scenes import plugins
+from scenes.plugins import plugin_by_name
+from scenes.presets.load import load_preset
 from scenes.render.variants import choose, trusting
 
 EXPERIMENTS = experiments()

@@ -17,7 +17,7 @@ from bench.frame_costs import KINDS, Size, preset_costs, window_costs
 from bench.old_experiment import Effort
 from bench.records.provenance import scene_digest
 from bench.records.records import Column, Point, columns
-from scenes.preset.load import load_preset
+from scenes.presets.load import load_preset
 from scenes.render.variants import choose
 
 SETTINGS = ("render.size=320x180", "render.spp=8", "species.sward.density=0")

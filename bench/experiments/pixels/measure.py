@@ -21,7 +21,7 @@ from lod.view import View
 from scenes.appearance.visible_area import first_met
 from scenes.field.placement import Species
 from scenes.field.species_field import SpeciesField
-from scenes.plugins.entry_points import metric_by_name
+from scenes.plugins import metric_by_name
 
 SPECIES = ("figure", "tree")
 METRICS_TRIED = ("blake", "bounded", "solid_angle")

@@ -29,7 +29,7 @@ from lod.pruner import Cut, prune
 from lod.view import View, distance
 from scenes.field.placement import Species
 from scenes.field.species_field import SpeciesField
-from scenes.preset.load import load_preset
+from scenes.presets.load import load_preset
 from scenes.render.variants import choose
 from scenes.sticks.prototype import Prototype
 from scenes.world.world import build_world

@@ -17,7 +17,7 @@ from bench.records.records import Column, Point, columns
 from bench.statistics.timing import interleaved_seconds
 from lod.law import max_ground_distance
 from lod.pruner import prune
-from scenes.preset.load import load_preset
+from scenes.presets.load import load_preset
 
 PRESET, SPECIES, SIZE = "crowd", "figure", "96x54"
 WORLDS = (1e3, 1e5, 1e6, 1e9, 1e12, 1e15)

@@ -25,7 +25,7 @@ from scenes.ground.far_cover import AggregateCover
 from scenes.ground.terrain import Terrain
 from scenes.models.catalogue import at_rest, people
 from scenes.models.stone import boulder_prototypes
-from scenes.preset.load import load_preset
+from scenes.presets.load import load_preset
 from scenes.trees.species import tree_species
 from scenes.trees.tree import tree_prototypes
 from scenes.world.world import World, make_habitat

@@ -14,7 +14,7 @@ from scenes.field.species_field import SpeciesField
 from scenes.grass.sward import BLADES, ROOT_M, swards, tuft_prototypes
 from scenes.ground.terrain import Terrain
 from scenes.models.catalogue import model_prototypes
-from scenes.preset.load import load_preset
+from scenes.presets.load import load_preset
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.sticks.prototype import Prototype
 from scenes.trees.species import Weather

@@ -1,31 +1,58 @@
-"""Entry points by which other installed packages bring metrics, representations and behaviours.
+"""Metrics, representations and behaviours that other installed packages bring.
 
-A package names its metrics (``lod.metric.Metric``) in the group ``lodbench.metrics``, its
-makers of representations (``scenes.plugins.representation.RepresentationPlugin``) in the group
+A package names its metrics (``lod.metric.Metric``) in the entry points of the group
+``lodbench.metrics``, its makers of representations (``RepresentationPlugin``) in the group
 ``lodbench.representations``, and its behaviours of actors (``scenes.actors.behaviour``) in the
-group ``lodbench.behaviours``. A package is imported only when something of it is asked for, and in
-a process of its own first (``scenes.plugins.trial``), so that a broken one does not disturb the
-others.
+group ``lodbench.behaviours``. A package is imported only when something of it is asked for.
 """
 
+import os
 import re
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
 from functools import cache
 from importlib.metadata import entry_points
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
+from lod.camera import Camera
 from lod.errors import InputError
 from lod.metric import METRICS, Metric
-from scenes.plugins.guard import StrangersError, guarded
-from scenes.plugins.trial import import_fault
+from lod.pruner import Representation
+from scenes.ground.relief import Ground
+from scenes.processes.streams import stdout_to_stderr
 
 METRIC, REPRESENTATION = "lodbench.metrics", "lodbench.representations"
 BEHAVIOUR = "lodbench.behaviours"
 GROUPS = METRIC, REPRESENTATION, BEHAVIOUR
 
 _P = _R = np.array((0.01, 1.0, 30.0))
+
+
+class PluginError(Exception):
+    """Code of another package went wrong; the error's kind and what it says."""
+
+
+@contextmanager
+def guarded() -> Iterator[None]:
+    """Run code of another package: what it prints goes to stderr, what it raises is caught.
+
+    Raises PluginError, which names the error, for all but Ctrl-C; for ``sys.exit``, too. A process
+    that forks there ends there.
+    """
+    process = os.getpid()
+    try:
+        with stdout_to_stderr():
+            yield
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:
+        raise PluginError(f"{type(error).__name__}: {error}") from error
+    finally:
+        if os.getpid() != process:
+            os._exit(1)
 
 
 @runtime_checkable
@@ -68,12 +95,10 @@ def load_entry(group: str, name: str, kind: type) -> Any:
     """Import an object of an installed package; raises InputError if it fails or is no ``kind``."""
     entry = installed(group)[name]
     where, cure = f"{group} {name}", f"mend or remove {distribution(entry)}"
-    if fault := import_fault(entry.value, distribution(entry)):
-        raise InputError(where, entry.value, f"can be imported ({fault})", cure)
     try:
         with guarded():
             found = entry.load()
-    except StrangersError as error:
+    except PluginError as error:
         raise InputError(where, entry.value, f"can be imported ({error})", cure) from None
     if not isinstance(found, kind):
         rule = f"is a {kind.__module__}.{kind.__name__}"
@@ -121,7 +146,7 @@ def _no_limits(metric: Metric) -> str | None:
     try:
         with guarded(), np.errstate(all="ignore"):
             D = np.asarray(metric.limit(_P, _R, 1e-3), np.float64)
-    except StrangersError as error:
+    except PluginError as error:
         return str(error)
     if D.shape != _P.shape:
         return f"shape {D.shape} for P and R of shape {_P.shape}"
@@ -145,3 +170,62 @@ def described(group: str, kind: type) -> Iterable[tuple[str, str]]:
 
 def _origin(entry: EntryPoint) -> tuple[str, str]:
     return entry.name, entry.value
+
+
+@runtime_checkable
+class GroundedRepresentation(Representation, Protocol):
+    """A representation that stands on the ground."""
+
+    @property
+    def top_m(self) -> float:
+        """Greatest height of anything of it above the ground below [m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class RepresentationPlugin:
+    """The value of an entry point of ``lodbench.representations``.
+
+    about   one line about it, for `lodbench list`
+    make    function (name, seed, ground, **options) → a GroundedRepresentation of that name, which
+            is the same for the same arguments; options are the keys of the preset's table, and each
+            has a default
+    camera  camera of the conformance tests: some of the representation is in view and some is not,
+            and it is near enough for parts of parts to be displayed
+    detail  τ at which that camera displays some parts and not all [px]
+    """
+
+    about: str
+    make: Callable[..., GroundedRepresentation]
+    camera: Camera
+    detail: float = 1.0
+
+
+def plugin_by_name(name: str) -> RepresentationPlugin:
+    """Find an installed plug-in; raises InputError for an unknown one and a broken one."""
+    known = installed(REPRESENTATION)
+    if name not in known:
+        rule = f"one that is installed: {', '.join(known) or 'none is'}"
+        raise InputError("representation", name, rule, "see `lodbench list`")
+    found: RepresentationPlugin = load_entry(REPRESENTATION, name, RepresentationPlugin)
+    return found
+
+
+def make_representation(
+    name: str, kind: str, seed: int, ground: Ground, options: dict[str, Any]
+) -> GroundedRepresentation:
+    """Make a representation as a preset asks for it; raises InputError where that fails."""
+    plugin = plugin_by_name(kind)
+    where = f"representations.{name}"
+    cure = f"see what {distribution(installed(REPRESENTATION)[kind])} says"
+    try:
+        with guarded():
+            made = plugin.make(name, seed, ground, **options)
+    except PluginError as error:
+        if isinstance(error.__cause__, InputError):
+            raise error.__cause__ from None
+        rule = f"options that {kind} takes ({error})"
+        raise InputError(where, options, rule, cure) from None
+    if not isinstance(made, GroundedRepresentation) or made.name != name:
+        rule = f"{kind} makes a representation called {name}, with a top_m"
+        raise InputError(where, type(made).__name__, rule, cure)
+    return made

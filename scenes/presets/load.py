@@ -1,21 +1,67 @@
-"""Presets: scenes as TOML files, found by name or path, checked key by key, changed by settings."""
+"""The imported models of a preset, each held to the hash of what it was when that was read.
+
+Presets: scenes as TOML files, found by name or path, checked key by key, changed by settings.
+
+A preset as a TOML file that says every key, its value and what it means, ready to edit.
+
+Does anything act in a preset?
+"""
 
 import re
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
 from pathlib import Path
 from typing import Any
 
+import tomlkit
+import tomlkit.items
 from pydantic import ValidationError
 
 from lod.errors import InputError
-from scenes.preset.errors import explain, nearest_key, nearest_name
-from scenes.preset.keys import NAMED, known_keys
-from scenes.preset.models import with_model_digests
-from scenes.preset.tables import Preset
+from scenes.model_files.names import built_in_names
+from scenes.presets.keys import (
+    NAMED,
+    KeyEntry,
+    explain,
+    key_entries,
+    known_keys,
+    nearest_key,
+    nearest_name,
+)
+from scenes.presets.schema import Preset
+from scenes.presets.things import ModelTable
+
+MODEL_TABLES = "species", "placed", "actors", "troupes"
+"""The tables of a preset whose members each name a model."""
+
+
+def with_model_digests(preset: Preset, blame: Callable[[str], str], folder: Path) -> Preset:
+    """Return the preset with the hash of every imported model that it names.
+
+    Scene files lie in ``folder``; ``blame`` turns a dotted key into its source. Raises InputError
+    for a model that is not there, cannot be read, or is another than the preset's hash says.
+    """
+    built_in = built_in_names()
+
+    def known(kind: str, name: str, table: ModelTable) -> Any:
+        if table.model in built_in:
+            return table
+        from scenes.imported.library import model_digest
+
+        where = blame(f"{kind}.{name}.model")
+        digest = model_digest(where, table.model, folder, table.model_sha256)
+        return table.model_copy(update={"model_sha256": digest})
+
+    named = {
+        kind: {name: known(kind, name, table) for name, table in getattr(preset, kind).items()}
+        for kind in MODEL_TABLES
+    }
+    changed = {kind: tables for kind, tables in named.items() if tables != getattr(preset, kind)}
+    return preset.model_copy(update=changed) if changed else preset
+
 
 _LONGEST_FILE = 1_000_000
 
@@ -190,3 +236,72 @@ def _lay(tables: dict[str, Any], each: Setting) -> None:
             raise InputError(each.source, inner, f"{step} is a table of keys", f"leave {step} out")
         tables = inner
     tables[name] = _plain(each.value)
+
+
+def preset_toml(preset: Preset) -> str:
+    """Write a preset as TOML text, which ``load_preset`` reads back as an equal preset.
+
+    Every key stands there with its value and, as a comment, its meaning and unit. A key that is
+    absent stands in a comment of its own, because TOML has no value for that.
+    """
+    entries = {entry.name: entry for entry in key_entries()}
+    data = preset.model_dump(mode="json")
+    named = {name: data.pop(name) for name in NAMED}
+    lines = list(_table("", "", data, entries))
+    for kind, tables in named.items():
+        for name, table in tables.items():
+            lines += _table(f"{kind}.{name}", f"{kind}.NAME", table, entries)
+    return "\n".join(lines).strip() + "\n"
+
+
+def _table(
+    path: str, known: str, data: dict[str, Any], entries: dict[str, KeyEntry]
+) -> Iterator[str]:
+    """Write a table and those inside it; ``known`` is its path among the entries."""
+    if path:
+        yield f"\n[{path}]"
+    inner = {}
+    for name, value in data.items():
+        entry = entries.get(f"{known}.{name}".removeprefix("."))
+        if entry is None and _holds_tables(name, known, entries):
+            inner[name] = value
+        else:
+            yield _line(name, value, entry)
+    for name, value in inner.items():
+        below = f"{path}.{name}".removeprefix(".")
+        if isinstance(value, list | tuple):
+            for each in value:
+                yield f"\n[[{below}]]"
+                yield from (_line(k, v, entries.get(f"{below}.{k}")) for k, v in each.items())
+        elif value is None:
+            yield f"\n# [{below}] is absent."
+        else:
+            yield from _table(below, below, value, entries)
+
+
+def _holds_tables(name: str, known: str, entries: dict[str, KeyEntry]) -> bool:
+    lead = f"{known}.{name}.".removeprefix(".")
+    return any(each.startswith(lead) for each in entries)
+
+
+def _item(value: Any) -> tomlkit.items.Item:
+    """Make a TOML value; a table of free keys stands on one line."""
+    if not isinstance(value, dict):
+        return tomlkit.item(value)
+    table = tomlkit.inline_table()
+    table.update(value)
+    return table
+
+
+def _line(name: str, value: Any, entry: KeyEntry | None) -> str:
+    unit = f" [{entry.unit}]" if entry and entry.unit else ""
+    about = f"{entry.about}{unit}" if entry else ""
+    if value is None:
+        return f"# {name} is absent: {about}"
+    text = f"{name} = {_item(value).as_string()}"
+    return f"{text}  # {about}" if about else text
+
+
+def has_acting(preset: Preset) -> bool:
+    """Tell whether a preset has live actors, or a camera that acts."""
+    return bool(preset.actors or preset.troupes or preset.script or preset.camera.behaviour)
