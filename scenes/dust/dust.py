@@ -41,8 +41,7 @@ from scenes.dust.growth import GRAINS, GRAINS_EACH, LIFE_S, WISPS, WISPS_EACH
 from scenes.dust.puffs import Air, trail_centres
 from scenes.dust.soil import Soil
 from scenes.field.cells import SearchBounds, candidates, search_bounds
-from scenes.field.placement import patrol_orbits
-from scenes.field.species_field import SpeciesField
+from scenes.field.species_field import SpeciesField, patrol_orbits
 from scenes.noise import hash_name
 from scenes.particles.shapes import ball_sticks
 

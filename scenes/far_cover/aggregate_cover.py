@@ -31,7 +31,7 @@ from scenes.far_cover.stand_appearance import (
     measure_stand,
 )
 from scenes.far_cover.stand_paths import MAX_DEPTH
-from scenes.field.placement import Species
+from scenes.field.species_field import Species
 from scenes.sticks.appearance.sky import Sky
 
 Shares = Float64[np.ndarray, "n k"]

@@ -9,7 +9,7 @@ from lod.arrays import Reals
 from lod.canopy import BARE, Canopy
 from lod.shapes import StickTable
 from scenes.far_cover.stand_appearance import SpeciesDensity, full_detail_sticks
-from scenes.field.placement import Species
+from scenes.field.species_field import Species
 from scenes.sticks.union_area import areas_of_parts
 
 STEPS = 6

@@ -17,7 +17,7 @@ from scenes.field.species_field import SpeciesField
 _NODES = 768
 
 _FADING = 1.1
-"""Sticks drawn for each that is estimated: appearances that fade into one another are both drawn."""
+"""Sticks drawn for each estimated one: appearances that fade into one another are both drawn."""
 
 
 @dataclass(frozen=True)
@@ -46,8 +46,8 @@ def forecast_field(field: SpeciesField, view: View) -> FieldForecast:
     reach = cell_reach(view, bounds, side)
     x0, x1, y0, y1 = search_spans(cells, view, bounds)
     origin = np.array([lattice.cell_x, lattice.cell_y]), np.array([lattice.rest_x, lattice.rest_y])
-    window = ((np.array(n) - origin[0]) * side - origin[1] for n in ((x0, y0), (x1, y1)))
-    xy, area = _nodes(view, reach, *window, field.extent is not None)
+    low, high = ((np.array(n) - origin[0]) * side - origin[1] for n in ((x0, y0), (x1, y1)))
+    xy, area = _nodes(view, reach, low, high, field.extent is not None)
     steps = np.floor((xy + origin[1]) / side)
     number = steps.astype(np.int64) + origin[0]
     middle, compiled = (steps + 0.5) * side - origin[1], compile_view(view)

@@ -10,8 +10,7 @@ from scenes.actors.performance import Cast, Performance
 from scenes.dust.dust import Dust
 from scenes.dust.soil import Soil
 from scenes.far_cover.aggregate_cover import AggregateCover
-from scenes.field.placement import Habitat, Species
-from scenes.field.species_field import Placed, SpeciesField
+from scenes.field.species_field import Habitat, Placed, Species, SpeciesField
 from scenes.models.catalogue import PROTOTYPE_SEED, model_prototypes
 from scenes.models.trees.weather import Weather
 from scenes.particles.kinds import KINDS

@@ -18,8 +18,7 @@ from lod.crossfade import blend_weights
 from lod.pruner import prune
 from lod.shapes import Sticks, StickTable
 from lod.view import View
-from scenes.field.placement import Species
-from scenes.field.species_field import SpeciesField
+from scenes.field.species_field import Species, SpeciesField
 from scenes.plugins.entry_points import metric_by_name
 from scenes.sticks.visible_area import first_met
 

@@ -7,7 +7,7 @@ from lod.canopy import BARE
 from lod.shapes import StickTable
 from scenes.far_cover.stand_appearance import full_detail_sticks
 from scenes.far_cover.turbid_canopy import outlines_between, turbid_canopy
-from scenes.field.placement import Species
+from scenes.field.species_field import Species
 from scenes.models.catalogue import model_prototypes
 from scenes.models.trees.weather import Weather
 

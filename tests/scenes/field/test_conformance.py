@@ -15,8 +15,7 @@ from scenes.actors.body import Body
 from scenes.actors.performance import posed_prototype
 from scenes.dust.dust import Dust
 from scenes.dust.soil import Soil
-from scenes.field.placement import Species
-from scenes.field.species_field import Placed, SpeciesField
+from scenes.field.species_field import Placed, Species, SpeciesField
 from scenes.models.animals.catalogue import animal
 from scenes.models.boulder import boulder_prototypes
 from scenes.models.catalogue import MODELS, model_prototypes

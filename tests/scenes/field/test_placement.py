@@ -18,8 +18,7 @@ from lod.metric import METRICS
 from lod.pruner import prune, prune_by_level
 from lod.view import View
 from scenes.far_cover.aggregate_cover import AggregateCover
-from scenes.field.placement import Habitat, Species
-from scenes.field.species_field import Placed, SpeciesField
+from scenes.field.species_field import Habitat, Placed, Species, SpeciesField
 from scenes.models.animals.catalogue import animal
 from scenes.models.boulder import boulder_prototypes
 from scenes.models.catalogue import at_rest, people

@@ -21,8 +21,7 @@ from lod.shapes import StickTable
 from lod.view import View
 from lod.viewing import BlurWidths, ViewingConditions
 from scenes.field.cells import PoissonCells
-from scenes.field.placement import Species
-from scenes.field.species_field import SpeciesField
+from scenes.field.species_field import Species, SpeciesField
 from scenes.noise import hash_name
 from scenes.sticks.prototype import Prototype
 

@@ -16,8 +16,7 @@ from lod.metric import METRICS
 from lod.pruner import prune
 from lod.view import View
 from scenes.field.cells import PoissonCells
-from scenes.field.placement import Species, ground_contact_detail
-from scenes.field.species_field import SpeciesField
+from scenes.field.species_field import Species, SpeciesField, ground_contact_detail
 from scenes.gait.foot_path import heel_and_ball
 from scenes.gait.patrol import MIN_STRIDE_FACTOR
 from scenes.models.animals.catalogue import animal

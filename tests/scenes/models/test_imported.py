@@ -12,9 +12,8 @@ from lod.camera import Corner, camera_from_heading
 from lod.crossfade import blend_weights
 from lod.pruner import BlendWeights, prune
 from lod.shapes import Mesh, MeshTable, SticksAndTriangles, triangle_areas
-from scenes.field.placement import Species
 from scenes.field.prototypes import species_prototypes
-from scenes.field.species_field import Placed, SpeciesField
+from scenes.field.species_field import Placed, Species, SpeciesField
 from scenes.model_files.library import read_model
 from scenes.model_files.part_tree import PartTree
 from scenes.models.imported.appearances import TINTS, few_tints

@@ -11,8 +11,7 @@ from lod.crossfade import blend_weights
 from lod.metric import METRICS
 from lod.pruner import prune
 from lod.view import View
-from scenes.field.placement import Species
-from scenes.field.species_field import Placed, SpeciesField
+from scenes.field.species_field import Placed, Species, SpeciesField
 from scenes.model_files.names import tree_species_names
 from scenes.models.catalogue import model_prototypes
 from scenes.models.trees.species_files import tree_species
