@@ -12,7 +12,7 @@ and its pose goes over to that at rest, in steps of an eighth; from there on it 
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -22,12 +22,12 @@ from lod.actors.actor import Appearance, CompoundActor, ConeStick
 from lod.actors.joint import JointLimits, RevoluteJoint
 from lod.actors.message import SEPARATOR, Route, ask, change
 from lod.actors.object_with_parts import mutator, query
-from lod.actors.quaternion import Components, Quaternion, Vector, VectorLike, vector
+from lod.actors.quaternion import Components, Vector
 from scenes.models.catalogue import at_rest
 from scenes.rig.anatomy import SIDES
 from scenes.rig.keyframes import Motion
 from scenes.rig.rigged_prototype import RiggedPrototype
-from scenes.rig.rotations import Quaternions, from_euler, rotate_vectors
+from scenes.rig.rotations import Quaternions, rotate_vectors
 
 Pose = Sequence[tuple[Vector, Components]]
 """Position in the frame of its whole [m] and orientation of every joint of a rig, row by row."""
@@ -38,32 +38,6 @@ class LimbTree(NamedTuple):
 
     row: int
     limbs: "tuple[tuple[str, LimbTree], ...]"
-
-
-@dataclass(frozen=True, init=False)
-class AngleLimits(JointLimits):
-    """A box of angles about x, y and z in Rz·Ry·Rx, as tables of figures give them [degrees]."""
-
-    def orientation(self, angles_deg: VectorLike) -> Quaternion:
-        """Compute the orientation by those angles."""
-        return Quaternion(*from_euler(np.array(vector(angles_deg))).tolist())
-
-    def contains(self, orientation: Quaternion) -> bool:
-        """Tell whether its angles lie in the box; the same turn has a second set of them."""
-        x, y, z, w = orientation.x, orientation.y, orientation.z, orientation.w
-        about_x = math.degrees(math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y)))
-        about_y = math.degrees(math.asin(max(-1.0, min(1.0, 2 * (w * y - z * x)))))
-        about_z = math.degrees(math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)))
-        first = about_x, about_y, about_z
-        return self._within(first) or self._within((about_x + 180, 180 - about_y, about_z + 180))
-
-    def _within(self, angles: Vector) -> bool:
-        for low, angle, high in zip(self.low_deg, angles, self.high_deg, strict=True):
-            middle = (low + high) / 2
-            near = middle + (angle - middle + 180.0) % 360.0 - 180.0
-            if not low - 1e-6 <= near <= high + 1e-6:
-                return False
-        return True
 
 
 class Limb(CompoundActor):
@@ -149,7 +123,7 @@ def build_limbs(prototype: RiggedPrototype, tree: LimbTree) -> tuple[dict[str, L
 
     def built(below: LimbTree) -> Limb:
         j = below.row
-        limits = AngleLimits(rig.low[j].tolist(), rig.high[j].tolist())
+        limits = JointLimits(rig.low[j].tolist(), rig.high[j].tolist())
         here = RevoluteJoint(rig.offset[j].tolist(), rig.rest[j].tolist(), limits)
         limbs = {name: built(each) for name, each in below.limbs}
         return Limb(limbs, here, tuple(looks[j]))
