@@ -1,6 +1,6 @@
 """Write the light of the sky by direction: ``python -m bench.calibrate.sky_table``.
 
-The table ``scenes/sticks/appearance/sky.csv`` holds the radiance of Mitsuba's ``sunsky`` by
+The table ``scenes/appearance/sky.csv`` holds the radiance of Mitsuba's ``sunsky`` by
 turbidity, elevation of the sun and cells of directions, the mean over the solid angle of each, in
 red, green and blue, over what white level ground sends in the light of sun and sky. The two sides
 of the sun are alike.
@@ -14,16 +14,15 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float64
 
-from scenes.render.haze.horizon_airlight import sky_radiance
-from scenes.render.mitsuba.emitters import sun_irradiance
-from scenes.render.mitsuba.variants import SCALAR_VARIANT, use
-from scenes.sticks.appearance.sky import (
+from scenes.appearance.sky import (
     ELEVATIONS_DEG,
     SKY_COLUMNS,
     SKY_ROWS,
     TURBIDITIES,
     cell_irradiance,
 )
+from scenes.render.light import sky_radiance, sun_irradiance
+from scenes.render.variants import SCALAR_VARIANT, use
 
 FINER = 12
 """Directions along each side of a cell."""
@@ -64,7 +63,7 @@ def rows() -> Iterator[str]:
 def main() -> None:
     """Write the file anew."""
     use(SCALAR_VARIANT)
-    path = Path(str(resources.files("scenes.sticks.appearance") / "sky.csv"))
+    path = Path(str(resources.files("scenes.appearance") / "sky.csv"))
     path.write_text("\n".join(rows()) + "\n", encoding="ascii")
 
 

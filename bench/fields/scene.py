@@ -12,14 +12,14 @@ from lod.air import Air, least_extinction
 from lod.camera import Corner, camera_from_heading
 from lod.view import View
 from lod.viewing import BlurWidths, ViewingConditions
-from scenes.models.boulder import boulder_prototypes
-from scenes.models.people.people import standing_people
-from scenes.models.sward import tuft_prototypes
-from scenes.models.trees.species_files import tree_species
-from scenes.models.trees.tree import tree_prototypes
+from scenes.figures.person import standing_people
+from scenes.grass.sward import tuft_prototypes
+from scenes.models.stone import boulder_prototypes
 from scenes.plugins.entry_points import metric_by_name
 from scenes.sticks.prototype import Prototype
 from scenes.terrain.terrain import Terrain
+from scenes.trees.species import tree_species
+from scenes.trees.tree import tree_prototypes
 
 FLAT = Terrain(seed=0, amplitude=0.0, wavelength=1024.0, hurst=1.0, reach=1000.0)
 

@@ -6,7 +6,7 @@ name this says which are here, and what making each of them takes.
 
 import click
 
-from bench.outside.environments import ENVIRONMENTS
+from bench.methods.environments import ENVIRONMENTS
 
 
 @click.command("environments")

@@ -9,7 +9,7 @@ answer for level ground; on slopes the pruner plants the feet (``scenes.rig.foot
 
 >>> from lod.actors.message import change
 >>> from lod.actors.quaternion import NORTH
->>> from scenes.models.people.people import people_at_rest
+>>> from scenes.figures.person import people_at_rest
 >>> joe = Body("joe", people_at_rest(0, 1)[0])
 >>> right_foot = "right leg/lower leg/foot"
 >>> orientation = joe.receive(ask(right_foot, "orientation")).value

@@ -6,7 +6,7 @@ without a side that it shares with the limb that carries it: a person's right ha
 (``scenes.actors.body``): ``right arm/hand``.
 
 Limbs follow a walk. Its stride goes as speed to the power 0.6, as among the walkers of a field
-(``scenes.gait.patrol``). Below ``SLOWEST`` of its own speed a walker's strides keep their length
+(``scenes.figures.patrol``). Below ``SLOWEST`` of its own speed a walker's strides keep their length
 and its pose goes over to that at rest, in steps of an eighth; from there on it stands.
 """
 
@@ -24,8 +24,7 @@ from lod.actors.message import SEPARATOR, Route, ask, change
 from lod.actors.object_with_parts import mutator, query
 from lod.actors.quaternion import Components, Vector
 from scenes.models.catalogue import at_rest
-from scenes.rig.anatomy import SIDES
-from scenes.rig.keyframes import Motion
+from scenes.rig.rig import Motion
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.rig.rotations import Quaternions, rotate_vectors
 

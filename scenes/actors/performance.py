@@ -36,7 +36,7 @@ from scenes.field.prototypes import (
     species_prototypes,
 )
 from scenes.rig.foot_placement import Placements, place_on_ground
-from scenes.rig.pose_tables import Instances
+from scenes.rig.pose import Instances
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.terrain.ground import Ground
 

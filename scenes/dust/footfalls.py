@@ -1,8 +1,8 @@
 """Where and when do walkers' feet strike the ground, and so raise dust?
 
 Footfall k of a leg is when its walker's phase, counted on through all cycles, comes to k + strike.
-The walker was then at that point of its patrol (``scenes.gait.patrol``), and the foot over the
-footprint that ``scenes.rig.footprints`` has for it as it lands.
+The walker was then at that point of its patrol (``scenes.figures.patrol``), and the foot over the
+footprint that ``scenes.rig.rig`` has for it as it lands.
 """
 
 import math
@@ -15,10 +15,9 @@ from numba import njit
 
 from lod.arrays import Ints, Reals
 from lod.camera import Corner
-from scenes.gait.patrol import PatrolOrbit
+from scenes.figures.patrol import PatrolOrbit
 from scenes.noise import philox4x64, unit_float
-from scenes.rig.footprints import print_and_swing
-from scenes.rig.keyframes import Motion
+from scenes.rig.rig import Motion, print_and_swing
 
 
 @dataclass(frozen=True, eq=False)

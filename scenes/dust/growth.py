@@ -21,7 +21,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from lod.arrays import Reals
-from scenes.gait.parameters import GRAVITY
+from scenes.figures.gait import GRAVITY
 from scenes.particles.shapes import smoothstep
 
 LIFE_S = 3.5

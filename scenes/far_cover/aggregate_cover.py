@@ -24,6 +24,7 @@ from lod.canopy import (
 from lod.hierarchy import Hierarchy
 from lod.motion import motion_steps
 from lod.view import View, distance
+from scenes.appearance.sky import Sky
 from scenes.far_cover.stand_appearance import (
     AZIMUTHS_DEG,
     DEPRESSIONS_DEG,
@@ -32,7 +33,6 @@ from scenes.far_cover.stand_appearance import (
 )
 from scenes.far_cover.stand_paths import MAX_DEPTH
 from scenes.field.species_field import Species
-from scenes.sticks.appearance.sky import Sky
 
 Shares = Float64[np.ndarray, "n k"]
 """Shares by point and species."""

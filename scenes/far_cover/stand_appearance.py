@@ -4,7 +4,7 @@ The stand has no end and holds every species at its density, in full detail
 (``scenes.far_cover.stand_rays``). Lines come from above at a few depressions δ and angles φ from
 the sun's azimuth, and light is followed back from where they first meet something
 (``scenes.far_cover.stand_paths``). Outlines of whole objects are not sampled: they are measured
-exactly (``scenes.sticks.union_area``).
+exactly (``scenes.sticks.areas``).
 """
 
 import math
@@ -16,16 +16,13 @@ from jaxtyping import Float64
 
 from lod.arrays import ArrayData, FloatArray, Ints, Reals
 from lod.shapes import StickTable
+from scenes.appearance.sky import Sky, SunAndSky
 from scenes.far_cover.stand_paths import GROUND, MAX_DEPTH, randoms_per_path, trace_lines
 from scenes.far_cover.stand_rays import StandField, stand_field, stand_layers, stick_extent
-from scenes.processes.content_key import content_key
-from scenes.processes.kept_data import kept_data
+from scenes.processes.cache import content_key, kept_data
 from scenes.rig.rigged_prototype import RiggedPrototype
-from scenes.sticks.appearance.sky import Sky
-from scenes.sticks.appearance.sun_and_sky import SunAndSky
-from scenes.sticks.outline_area import mean_outline_areas
+from scenes.sticks.areas import areas_of_parts, mean_outline_areas
 from scenes.sticks.prototype import Prototype
-from scenes.sticks.union_area import areas_of_parts
 
 DEPRESSIONS_DEG = (3.0, 8.0, 20.0, 40.0, 65.0, 90.0)
 AZIMUTHS_DEG = (0.0, 30.0, 60.0, 90.0, 120.0, 150.0, 180.0)

@@ -14,8 +14,8 @@ from numba import njit
 
 from lod.arrays import Ints
 from lod.threads import map_chunks
+from scenes.appearance.sky import SunAndSky, cosine_direction
 from scenes.far_cover.stand_rays import StandField, intersect_layers
-from scenes.sticks.appearance.sun_and_sky import SunAndSky, cosine_direction
 
 MAX_DEPTH = 4
 """Longest path in segments, as presets have it by default (``render.max_depth``)."""

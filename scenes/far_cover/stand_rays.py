@@ -14,8 +14,8 @@ from numba import njit
 
 from lod.arrays import Reals
 from lod.shapes import StickTable
+from scenes.appearance.ray_grid import NOTHING, Grids, intersect_ray, make_grids, normal_at
 from scenes.noise import lattice_bits, unit_float
-from scenes.sticks.ray_grid import NOTHING, Grids, intersect_ray, make_grids, normal_at
 
 _SEED = np.uint64(0x57A4D)
 

@@ -10,7 +10,7 @@ from lod.canopy import BARE, Canopy
 from lod.shapes import StickTable
 from scenes.far_cover.stand_appearance import SpeciesDensity, full_detail_sticks
 from scenes.field.species_field import Species
-from scenes.sticks.union_area import areas_of_parts
+from scenes.sticks.areas import areas_of_parts
 
 STEPS = 6
 """Number of layers up to the top of what stands, thinner below, where eyes are."""

@@ -16,6 +16,8 @@ from lod.shapes import Sticks, Triangles
 from lod.threads import map_chunks
 from scenes.field.part_tables import DisplayedSticks, PartTables
 from scenes.rig.pose import (
+    Instances,
+    PoseTables,
     begin_pose,
     mark_joint,
     pose_buffers,
@@ -24,7 +26,6 @@ from scenes.rig.pose import (
     rotation_matrix,
     transform_point,
 )
-from scenes.rig.pose_tables import Instances, PoseTables
 
 _SHORTEST_RUN = 8192
 """Sticks for which another thread is worth its start."""

@@ -17,14 +17,14 @@ from lod.threads import map_chunks
 from lod.view import View
 from scenes.rig.rig import RiggedSticks
 from scenes.rig.rigged_prototype import RiggedPrototype
-from scenes.sticks.tone_steps import with_tone_steps
-from scenes.sticks.view_angles import (
+from scenes.sticks.by_view import (
+    ViewDependence,
     azimuth_index,
     elevation_index,
     interpolate,
     tone_steps_at,
+    with_tone_steps,
 )
-from scenes.sticks.view_dependence import ViewDependence
 
 _SHORTEST_RUN = 16384
 """Parts for which another thread is worth its start."""

@@ -13,15 +13,13 @@ from lod.motion import motion_steps
 from lod.pruner import BlendWeights, Cut, Parts
 from lod.shapes import Appearance, Sticks, SticksAndTriangles
 from lod.view import View
+from scenes.appearance.tone import Illumination, fit_tone
 from scenes.field.emission import emit, emit_meshes
 from scenes.field.part_tables import PartTables
 from scenes.field.traversal import TraversalTables, node_limits, traverse
-from scenes.processes.content_key import content_key
-from scenes.rig.pose import pose_points
-from scenes.rig.pose_tables import Instances, PoseTables
-from scenes.rig.rigged_prototype import RiggedPrototype, rigged
-from scenes.rig.speed_bound import speed_bound
-from scenes.sticks.appearance.tone import Illumination, fit_tone
+from scenes.processes.cache import content_key
+from scenes.rig.pose import Instances, PoseTables, pose_points
+from scenes.rig.rigged_prototype import RiggedPrototype, rigged, speed_bound
 from scenes.sticks.prototype import Prototype
 
 
@@ -34,7 +32,7 @@ def lit_part_tables(
     Those without shapes that look otherwise from elsewhere stay as they are.
     """
     # Those that look the same but for their size are fitted once, and all of a species together:
-    # one table of tones stands for them (``scenes.sticks.appearance.tone``).
+    # one table of tones stands for them (``scenes.appearance.tone``).
     views = [each.view_dependence for each in prototypes]
     looks = [content_key(each.table_row, each.area_share) for each in views]
     kinds = dict(zip(looks, prototypes, strict=True))

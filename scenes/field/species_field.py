@@ -18,6 +18,7 @@ from lod.metric import Metric
 from lod.pruner import BlendWeights, Cut, Parts
 from lod.shapes import Appearance
 from lod.view import View
+from scenes.appearance.tone import Illumination
 from scenes.field.cells import (
     CellSamples,
     PoissonCells,
@@ -33,11 +34,10 @@ from scenes.field.prototypes import (
     shutter_times,
     species_prototypes,
 )
-from scenes.gait.patrol import PatrolOrbit, stride_factors
+from scenes.figures.patrol import PatrolOrbit, stride_factors
 from scenes.rig.foot_placement import Placements, place_on_ground
-from scenes.rig.pose_tables import Instances
+from scenes.rig.pose import Instances
 from scenes.rig.rigged_prototype import RiggedPrototype
-from scenes.sticks.appearance.tone import Illumination
 from scenes.sticks.prototype import Prototype
 from scenes.terrain.ground import Ground
 from scenes.terrain.relief import Relief

@@ -23,6 +23,8 @@ from scenes.rig.pose import (
     IDENTITY,
     NO_POSE,
     POSED,
+    Instances,
+    PoseTables,
     begin_pose,
     mark_joint,
     pose_buffers,
@@ -30,7 +32,6 @@ from scenes.rig.pose import (
     rotation_matrix,
     transform_point,
 )
-from scenes.rig.pose_tables import Instances, PoseTables
 
 _ROUNDING_M = 1e-6
 """More than positions within a frame are ever rounded by [m]."""

@@ -1,1 +1,1 @@
-"""This package finds, reads and checks the data files that describe models."""
+"""This package lists the models that presets can name, and reads the files of parameters."""

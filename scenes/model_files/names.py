@@ -1,14 +1,52 @@
-"""The names of models: what a preset may say that an object is.
+"""The names of the models that a user has brought, and where they lie; nothing is read here.
+
+Those kept lie in the user's data folder, in the form of ``scenes.imported.library``: they need
+neither the file they came from nor a library that reads it.
+
+The names of models: what a preset may say that an object is.
 
 Animals and species of trees are found by listing the folders of their files, so that a preset may
 use a new one at once. Presets are checked by these names before any model is built, so nothing is
 built here.
 """
 
+import re
 from functools import cache
 from importlib import resources
+from pathlib import Path
 
-from scenes.model_files.user_models import user_model_names
+import platformdirs
+
+from lod.errors import InputError
+
+SUFFIXES = (".usda", ".usdc", ".usd", ".usdz", ".gltf", ".glb")
+"""Of scene files that can be read."""
+
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,63}")
+
+
+def is_model_file(name: str) -> bool:
+    """Tell whether a name is that of a scene file, by its suffix."""
+    return Path(name).suffix.lower() in SUFFIXES
+
+
+def models_folder() -> Path:
+    """Return the folder of the user's models; it may not be there yet."""
+    return platformdirs.user_data_path("lodbench", appauthor=False) / "models"
+
+
+def user_model_names() -> tuple[str, ...]:
+    """List the names of the models that the user has added, in alphabetical order."""
+    return tuple(sorted(each.stem for each in models_folder().glob("*.npz")))
+
+
+def user_model_path(name: str) -> Path:
+    """Return where the model of that name lies. Raises InputError for what cannot be a name."""
+    if not _NAME.fullmatch(name):
+        rule = "a name of letters, digits, - and _, letter first, at most 64 of them"
+        raise InputError("NAME", name, rule, "say another with --name")
+    return models_folder() / f"{name}.npz"
+
 
 BUILT_IN = ("figure", "boulder", "sward")
 """Models that Python code describes."""
@@ -17,14 +55,14 @@ BUILT_IN = ("figure", "boulder", "sward")
 @cache
 def animal_names() -> tuple[str, ...]:
     """Names of the animals, one for each TOML file in their folder, in alphabetical order."""
-    return _listed("scenes.models.animals", ".")
+    return _listed("scenes.figures", "animals")
 
 
 @cache
 def tree_species_names() -> tuple[str, ...]:
     """Names of the species of trees, one for each TOML file in their folder, in alphabetical
     order."""
-    return _listed("scenes.models.trees", "species")
+    return _listed("scenes.trees", "species")
 
 
 def built_in_names() -> tuple[str, ...]:

@@ -10,13 +10,12 @@ from functools import lru_cache
 
 from lod.errors import InputError
 from scenes.model_files.names import animal_names, tree_species_names
-from scenes.models.trees.weather import CALM_SUMMER, Weather
-from scenes.processes.content_key import content_key
-from scenes.processes.kept_data import kept_data
+from scenes.processes.cache import content_key, kept_data
 from scenes.processes.progress import steps, tell
-from scenes.rig.keyframes import rest_motion
+from scenes.rig.rig import rest_motion
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.sticks.prototype import Prototype
+from scenes.trees.species import CALM_SUMMER, Weather
 
 WeatherlessModel = Callable[[int, int], tuple[Prototype | RiggedPrototype, ...]]
 Model = Callable[[int, int, Weather], tuple[Prototype | RiggedPrototype, ...]]
@@ -24,8 +23,7 @@ Model = Callable[[int, int, Weather], tuple[Prototype | RiggedPrototype, ...]]
 
 def people(seed: int, count: int) -> tuple[RiggedPrototype, ...]:
     """Make adults and children, each with a walk of their own."""
-    from scenes.models.people.people import people_at_rest
-    from scenes.models.people.walking import walking_people
+    from scenes.figures.person import people_at_rest, walking_people
 
     return walking_people(people_at_rest(seed, count), seed)
 
@@ -34,7 +32,7 @@ def animal_model(name: str) -> WeatherlessModel:
     """Return the model of a kind of animal, which comes in one build."""
 
     def build(seed: int, count: int) -> tuple[RiggedPrototype, ...]:
-        from scenes.models.animals.catalogue import animal
+        from scenes.figures.animal_file import animal
 
         if count != 1:
             raise InputError(
@@ -56,9 +54,8 @@ def tree_model(name: str) -> Model:
     def build(
         seed: int, count: int, weather: Weather
     ) -> tuple[Prototype, ...] | tuple[RiggedPrototype, ...]:
-        from scenes.models.trees.species_files import tree_species
-        from scenes.models.trees.sway import swaying_trees
-        from scenes.models.trees.tree import tree_prototypes
+        from scenes.trees.species import tree_species
+        from scenes.trees.tree import swaying_trees, tree_prototypes
 
         species = tree_species(name)
         if weather.wind:
@@ -70,14 +67,14 @@ def tree_model(name: str) -> Model:
 
 def boulders(seed: int, count: int) -> tuple[Prototype, ...]:
     """Make boulders of several shapes."""
-    from scenes.models.boulder import boulder_prototypes
+    from scenes.models.stone import boulder_prototypes
 
     return boulder_prototypes(seed, count)
 
 
 def sward(seed: int, count: int, weather: Weather) -> tuple[Prototype | RiggedPrototype, ...]:
     """Make tufts of grass, green or dry by season, still or moving in the wind."""
-    from scenes.models.sward import swards
+    from scenes.grass.sward import swards
 
     return swards(seed, count, weather)
 
@@ -89,8 +86,8 @@ def imported_model(name: str, sha256: str) -> Model:
         if count != 1:
             rule, cure = "imported models come in one build", "set it to 1"
             raise InputError(f"{name}: prototypes", count, rule, cure)
-        from scenes.model_files.find import model_by_digest
-        from scenes.models.imported.prototype import imported_prototype
+        from scenes.imported.imported_prototype import imported_prototype
+        from scenes.imported.library import model_by_digest
 
         return (imported_prototype(name, model_by_digest("model", name, sha256)),)
 
@@ -108,7 +105,7 @@ MODELS: dict[str, Model] = {
 
 def at_rest(prototype: RiggedPrototype) -> RiggedPrototype:
     """Return a walker at rest, its feet on the ground; other objects keep their motion."""
-    from scenes.gait.gait import rest_feet
+    from scenes.figures.gait import rest_feet
 
     if prototype.motion.stride == 0:
         return prototype

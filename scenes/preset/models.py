@@ -23,7 +23,7 @@ def with_model_digests(preset: Preset, blame: Callable[[str], str], folder: Path
     def known(kind: str, name: str, table: ModelTable) -> Any:
         if table.model in built_in:
             return table
-        from scenes.model_files.find import model_digest
+        from scenes.imported.library import model_digest
 
         where = blame(f"{kind}.{name}.model")
         digest = model_digest(where, table.model, folder, table.model_sha256)

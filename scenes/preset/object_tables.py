@@ -6,8 +6,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, Field
 from pydantic_core import PydanticCustomError
 
-from scenes.model_files.names import model_names
-from scenes.model_files.user_models import is_model_file
+from scenes.model_files.names import is_model_file, model_names
 from scenes.preset.values import Metres, SizeFactor, Table, key, refuse
 
 SpeciesName = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]*$", max_length=64)]

@@ -6,7 +6,7 @@ it left and the one it goes to, and the plane under the foot passes from the one
 foot that stands keeps one plane under it, however rough the ground, and a foot that swings arrives
 at the plane of its next print as it lands. The body's height is the mean of its prints' heights,
 less what it must sink for its legs to reach their prints. How a foot rolls from heel to toe is
-decided before, in ``scenes.gait.foot_path``.
+decided before, in ``scenes.figures.gait``.
 
 A sole follows slopes up to the prototype's ``Feet.steepest``, and no print is farther above or
 below the mean of all than such a slope would put it. The priority P, the range R and the bound B of
@@ -27,7 +27,6 @@ from jaxtyping import Float64
 from numba import njit
 
 from lod.arrays import Ints, Reals, frozen
-from scenes.rig.footprints import print_and_swing
 from scenes.rig.leg_ik import (
     ACROSS,
     DUTY,
@@ -39,7 +38,7 @@ from scenes.rig.leg_ik import (
     STRIDE,
     STRIKE,
 )
-from scenes.rig.pose_tables import (
+from scenes.rig.pose import (
     AHEAD,
     AT_HIP_X,
     AT_HIP_Y,
@@ -60,6 +59,7 @@ from scenes.rig.pose_tables import (
     PoseColumns,
     PoseTables,
 )
+from scenes.rig.rig import print_and_swing
 
 BODY, FOOTPRINT, SOLE = 0, 1, 2
 """Detail of ground contact: the ground's height is taken below the body alone, below each

@@ -22,8 +22,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from scenes.rig.keyframes import Motion
-from scenes.rig.rig import Rig
+from scenes.rig.rig import Motion, Rig
 from scenes.rig.rotations import quaternion_product, rotate_vector, to_euler
 
 STRIKE, DUTY, HOME_X, HOME_Y, STRIDE, REACH, STEEPEST, MAX_RISE, ACROSS = range(9)

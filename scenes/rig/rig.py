@@ -3,17 +3,35 @@
 The frame of the object: origin where it stands on the ground, z up, x the way it faces, y to its
 left. A joint sits at ``offset`` in the frame of its parent and turns there; joint −1 is the
 object's own frame.
+
+Where is the print of each leg relative to the body, and how far has its foot swung, at a phase?
+
+A print recedes evenly under the body while the foot stands on it, and the foot swings to the next
+one, a stride ahead. All prints scale with the stride; how the foot rolls does not.
+
+A cyclic motion of a rig: keyframes of every joint, slerped at each object's own phase.
 """
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float64
 from numba import njit
 
-from lod.arrays import ArrayData, FloatArray, IntArray, Ints, Points, check_columns, frozen
+from lod.arrays import (
+    ArrayData,
+    FlagArray,
+    FloatArray,
+    IntArray,
+    Ints,
+    Points,
+    Reals,
+    check_columns,
+    freeze,
+    frozen,
+)
 from lod.errors import InputError
 from lod.shapes import StickTable
 from scenes.rig.rotations import (
@@ -178,3 +196,143 @@ def _check(rig: Rig) -> None:
         arrived = np.round(to_euler(rig.rest[row]), 2).tolist()
         rule = f"stands between {rig.low[row].tolist()} and {rig.high[row].tolist()} degrees"
         raise InputError(f"rig.rest[{rig.name[row]}]", arrived, rule)
+
+
+@dataclass(frozen=True, eq=False)
+class Feet(ArrayData):
+    """The legs of an object that stand on the ground, (l,), in any order.
+
+    legs   (l, 3) joints: hip, knee, ankle
+    sticks_out (l,) whether its hip turns aside about z, not about x
+    bend   (l,) +1 where a positive angle about y flexes the knee, −1 where a negative one does
+    strike (l,) phase at which the foot lands; duty (l,) share of the cycle that it stands, above 0
+    home   (l, 2) where the print is in mid-stance, in the object's own frame [m]
+    steepest (l,) slope that the sole follows; what is steeper, it only touches
+    sole   (l, 3, 2) three points that the sole rests on, from its print, in the same axes [m]
+    """
+
+    legs: IntArray
+    sticks_out: FlagArray
+    bend: FloatArray
+    strike: FloatArray
+    duty: FloatArray
+    home: FloatArray
+    steepest: FloatArray
+    sole: FloatArray
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        n = len(self.legs)
+        check_columns("feet", self, legs=(n, 3), bend=(n,), strike=(n,), duty=(n,), home=(n, 2))
+        check_columns("feet", self, steepest=(n,), sole=(n, 3, 2), sticks_out=(n,))
+        if not np.all((self.duty > 0) & (self.duty <= 1)):
+            raise InputError("feet.duty", self.duty.tolist(), "above 0, at most 1")
+        if n and np.abs(np.linalg.det(_edges(self.sole))).min() < 1e-12:
+            raise InputError("feet.sole", "points in a line", "three points that span a plane")
+
+    def __len__(self) -> int:
+        return len(self.legs)
+
+    @property
+    def plane(self) -> np.ndarray:
+        """Compute matrices (l, 3, 3) from heights at three points to print height and slopes."""
+        points = np.concatenate((np.ones((len(self), 3, 1)), self.sole), axis=2)
+        return np.linalg.inv(points)
+
+    def scaled(self, factor: float) -> "Feet":
+        """Return the feet with every length multiplied by ``factor``."""
+        return replace(self, home=self.home * factor, sole=self.sole * factor)
+
+
+def _edges(sole: np.ndarray) -> np.ndarray:
+    return sole[:, 1:] - sole[:, :1]
+
+
+NO_FEET = Feet(
+    np.zeros((0, 3)), *(np.zeros(0),) * 4, np.zeros((0, 2)), np.zeros(0), np.zeros((0, 3, 2))
+)
+
+
+@njit(cache=True, inline="always")
+def print_and_swing(own, duty):  # type: ignore[no-untyped-def]
+    """Compute how far the last print is ahead of mid-stance, and the foot has swung on [strides].
+
+    The swing goes from 0, while the foot stands, to 1 at the next print. ``own`` is the phase after
+    landing, 0 to 1, and ``duty`` the share of the cycle that the foot stands.
+    """
+    u = (own - duty) / (1.0 - duty) if own > duty else 0.0
+    return duty / 2 - own, u * u * (3.0 - 2.0 * u)
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """One cycle of K key poses, evenly spaced in phase; key K is key 0 again.
+
+    rotations (K, j, 4) of every joint in its parent, of one sign from key to key, so that slerp
+            takes the short way
+    shift   (K, 3) how far the joints of the object's own frame are from where they rest [m]
+    stride  how far the object moves ahead in one cycle; 0 for what stays where it is [m]
+    period  how long a cycle lasts [s]
+    feet    the legs that stand on the ground
+    tilts   whether feet follow slopes across their way, too: those of ankles near the ground
+    """
+
+    rotations: np.ndarray
+    shift: np.ndarray
+    stride: float
+    period: float
+    feet: Feet = NO_FEET
+    tilts: bool = False
+
+    def __post_init__(self) -> None:
+        keys = np.asarray(self.rotations, np.float64)
+        object.__setattr__(self, "rotations", continuous_signs(keys))
+        freeze(self, rotations=np.float64, shift=np.float64)
+        _check_keyframes(self)
+
+    @property
+    def speed(self) -> float:
+        """Compute the ground speed at which the feet do not slide [m/s]."""
+        return self.stride / self.period
+
+    def scaled(self, factor: float) -> "Motion":
+        """Return the dynamically similar motion of a rig ``factor`` times as large.
+
+        Time then goes as √length: strides are alike at equal speed²/(g·leg length) (Alexander,
+        "Stride length and speed for adults, children, and fossil hominids", Am. J. Phys. Anthropol.
+        63:23, 1984).
+        """
+        period = self.period * math.sqrt(factor) if self.stride else self.period
+        lengths = (self.shift * factor, self.stride * factor)
+        return Motion(self.rotations, *lengths, period, self.feet.scaled(factor), self.tilts)
+
+
+def rest_motion(rig: Rig) -> Motion:
+    """Return the motion of an object that stays at rest, which has one key."""
+    return Motion(rig.rest[None], np.zeros((1, 3)), 0.0, 1.0)
+
+
+def continuous_signs(rotations: Quaternions) -> Quaternions:
+    """Return equal rotations (K, j, 4), every quaternion of the same sign as the key before it."""
+    dots = (rotations[1:] * rotations[:-1]).sum(axis=-1)
+    flips = np.cumprod(np.where(dots < 0, -1.0, 1.0), axis=0)
+    return np.concatenate((rotations[:1], rotations[1:] * flips[..., None]))
+
+
+def key_phases(keys: int) -> Reals:
+    """Give the phases of ``keys`` evenly spaced keys, (K,)."""
+    return np.arange(keys) / keys
+
+
+def _check_keyframes(motion: Motion) -> None:
+    keys = len(motion.rotations)
+    if motion.rotations.ndim != 3 or keys == 0 or motion.rotations.shape[2] != 4:
+        raise InputError("motion.rotations", motion.rotations.shape, "at least one key, (K, j, 4)")
+    check_columns("motion", motion, rotations=motion.rotations.shape, shift=(keys, 3))
+    if not (math.isfinite(motion.stride) and motion.stride >= 0):
+        raise InputError("motion.stride", motion.stride, "finite, at least 0 m")
+    if not (math.isfinite(motion.period) and motion.period > 0):
+        raise InputError("motion.period", motion.period, "finite, above 0 s")
+    legs = motion.feet.legs
+    if legs.size and legs.max() >= motion.rotations.shape[1]:
+        raise InputError("motion.feet", int(legs.max()), "a joint of the rig")

@@ -1,4 +1,19 @@
-"""A posable object: its part hierarchy holds for every pose that the joint limits allow (§2.4).
+"""How far points can be from a joint in any pose that the limits allow: an upper bound.
+
+Points x of a jointed chain form a set S; |x| is at most max over directions u of h(u) = max of u·x,
+the set's support function (Rockafellar, "Convex Analysis", 1970, §13). Down the chain it obeys
+
+    h_parent(u) = max over children of  u·offset + max over allowed R of h_child(Rᵀu),
+
+and R = Rz·Ry·Rx takes three maxima over one angle each, so that no combination of angles is ever
+listed. Two steps keep it an upper bound, both with an error of second order only:
+
+* h is kept on the points (1, s, t) of a cube's faces. It is convex, so interpolating bilinearly
+never gives less than its value (Jensen).
+* An arc between two angles δ apart lies within the two points of those angles moved out from the
+axis by 1/cos(δ/2), so that a few angles stand for all between them.
+
+A posable object: its part hierarchy holds for every pose that the joint limits allow (§2.4).
 
     separation  farthest that a part's origin can be from its whole's origin, over all poses
     extent      farthest that a part's own sticks, of either appearance, can be from a point, over
@@ -16,25 +31,212 @@ origin is that of the whole, and the two share the greater P and R.
 "Over all poses" is the bound of ``reach_bound``: never exceeded, and reached within a few per cent.
 It is the rule of ``scenes.sticks.prototype`` with poses; a rig that cannot move gives the same
 numbers.
+
+How fast any point of an object moves by its own motion, at any phase: an upper bound.
+
+A point on a joint moves with its joint's origin and with its turning, and the origin with the
+joint above: from the root down,
+
+    speed of an origin ≤ speed of the origin above + rate of the turn above · length of the offset,
+    rate of a turn     ≤ rate of the turn above + angle between two keys · keys / period,
+
+and so for the ends of sticks. Feet that follow a slope (``leg_ik``) move faster: the body's own
+speed is added for it, which suffices for ground no steeper than 45°.
 """
 
+import math
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float64
+from numba import njit
 
-from lod.arrays import Ints, Points, Reals, freeze
+from lod.arrays import Ints, Points, Reals, freeze, frozen
 from lod.errors import InputError
 from lod.hierarchy import Hierarchy, max_over_tied, representative
 from lod.shapes import MeshTable, StickTable
-from scenes.rig.keyframes import Motion, rest_motion
-from scenes.rig.reach_bound import reach_bound
-from scenes.rig.rig import Rig, RiggedSticks, to_object_frame
+from scenes.rig.rig import Motion, Rig, RiggedSticks, rest_motion, to_object_frame
 from scenes.rig.rotations import Quaternions, Vectors, from_euler
-from scenes.sticks.contrast import part_contrast
-from scenes.sticks.outline_area import largest_area
-from scenes.sticks.prototype import Prototype
-from scenes.sticks.view_dependence import ViewDependence
+from scenes.sticks.areas import largest_area
+from scenes.sticks.by_view import ViewDependence
+from scenes.sticks.prototype import Prototype, part_contrast
+
+CELLS = 24
+"""Cells along the edge of the cube."""
+
+STEP_DEG = 7.5
+"""Largest step between angles."""
+
+
+def reach_bound(rig: Rig, joint: int, joints: Ints, points: Points, radii: Reals) -> float:
+    """Bound the distance from a joint to the far side of spheres on other joints [m].
+
+    joints (k,), points (k, 3) [m], radii (k,) [m]: the spheres, in the frames of their joints
+        (−1 = the object's frame)
+    """
+    if not len(joints):
+        return 0.0
+    below = _is_under(rig, joint)[joints + 1]
+    bound = (
+        _bound_below(rig, joint, joints[below], points[below], radii[below]) if below.any() else 0.0
+    )
+    for row in np.flatnonzero(~below):
+        one = slice(int(row), int(row) + 1)
+        bound = max(bound, _bound_across(rig, joint, joints[one], points[one], radii[one]))
+    return bound * (1 + 1e-12)  # rounding, too, stays below it
+
+
+def _bound_across(rig: Rig, joint: int, joints: Ints, points: Points, radii: Reals) -> float:
+    """Bound it for a sphere that does not ride on ``joint``, by the nearest joint of both [m]."""
+    if joint >= 0 and rig.parent[joint] == -1 and joints[0] == -1:
+        corners = np.stack(np.meshgrid(*zip(rig.shift_low, rig.shift_high, strict=True)), axis=-1)
+        away = points[0] - rig.offset[joint] - corners.reshape(-1, 3)
+        return float(np.linalg.norm(away, axis=1).max() + radii[0])
+    common = joint
+    while not _is_under(rig, common)[joints[0] + 1]:
+        common = int(rig.parent[common])
+    there = _bound_below(rig, common, joints, points, radii)
+    return there + _bound_below(rig, common, np.array([joint]), np.zeros((1, 3)), np.zeros(1))
+
+
+def _is_under(rig: Rig, joint: int) -> np.ndarray:
+    """Tell whether joints −1, 0, 1, … ride on ``joint``, (j + 1,)."""
+    under = np.zeros(len(rig) + 1, bool)
+    under[joint + 1] = True
+    for row, parent in enumerate(rig.parent):
+        under[row + 1] |= under[parent + 1]
+    return under
+
+
+def _bound_below(rig: Rig, joint: int, joints: Ints, points: Points, radii: Reals) -> float:
+    """Bound it for spheres that ride on ``joint``, or on joints below it [m]."""
+    if joint == -1:
+        moves = np.maximum(np.abs(rig.shift_low), np.abs(rig.shift_high))
+        radii = radii + np.where(joints >= 0, np.linalg.norm(moves), 0.0)
+    while joints[0] != joint and not points.any() and (joints == joints[0]).all():
+        # Its own turn leaves a joint's origin where it is.
+        points = np.broadcast_to(rig.offset[joints[0]], points.shape)
+        joints = np.full_like(joints, rig.parent[joints[0]])
+    if (joints == joint).all():
+        return float((np.linalg.norm(points, axis=1) + radii).max())
+    low, high = (frozen(np.radians(limit), np.float64) for limit in (rig.low, rig.high))
+    tree = _Joints(rig.parent, rig.offset, low, high)
+    places = frozen(points, np.float64), frozen(radii, np.float64)
+    spheres = _Spheres(frozen(joints, np.int64), *places)
+    largest = _support(tree, joint, spheres, CELLS, math.radians(STEP_DEG))
+    # The nearest direction that h is known in is at most half a cell's diagonal away.
+    return float(largest / math.cos(math.atan(math.sqrt(2) / CELLS)))
+
+
+class _Joints(NamedTuple):
+    """Columns of a rig: parents, offsets [m], least and greatest angles [rad]."""
+
+    parent: np.ndarray
+    offset: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+
+
+class _Spheres(NamedTuple):
+    """Spheres in the frames of joints: centres (k, 3) and radii (k,) [m]."""
+
+    joints: np.ndarray
+    points: np.ndarray
+    radii: np.ndarray
+
+
+@njit(cache=True)
+def _support(tree, root, spheres, cells, step):  # type: ignore[no-untyped-def]
+    """Compute the largest h(u)/|u| over the grid, of all spheres as seen from joint ``root``."""
+    parent, offset, low, high = tree
+    joints, points, radii = spheres
+    grid = _directions(cells)
+    size = len(grid)
+    tables = np.full((len(parent) + 1, size), -np.inf)
+    loaded = np.zeros(len(parent) + 1, np.bool_)
+    for k in range(len(joints)):
+        loaded[joints[k] + 1] = True
+        for g in range(size):
+            x, y, z = grid[g]
+            reach = x * points[k, 0] + y * points[k, 1] + z * points[k, 2]
+            reach += radii[k] * math.sqrt(x * x + y * y + z * z)
+            tables[joints[k] + 1, g] = max(tables[joints[k] + 1, g], reach)
+    for j in range(len(parent) - 1, root, -1):
+        if not loaded[j + 1]:
+            continue
+        h = tables[j + 1]
+        for axis in range(3):
+            h = _sweep(h, grid, cells, axis, low[j, axis], high[j, axis], step)
+        up = parent[j] + 1
+        loaded[up] = True
+        for g in range(size):
+            x, y, z = grid[g]
+            shifted = x * offset[j, 0] + y * offset[j, 1] + z * offset[j, 2] + h[g]
+            tables[up, g] = max(tables[up, g], shifted)
+    largest = 0.0
+    for g in range(size):
+        x, y, z = grid[g]
+        largest = max(largest, tables[root + 1, g] / math.sqrt(x * x + y * y + z * z))
+    return largest
+
+
+@njit(cache=True)
+def _sweep(h, grid, cells, axis, low, high, step):  # type: ignore[no-untyped-def]
+    """Compute the support function of the set turned about an axis by every angle of a range."""
+    steps = math.ceil((high - low) / step)
+    if steps == 0 and low == 0.0:
+        return h
+    between = (high - low) / steps if steps else 0.0
+    out = 1.0 / math.cos(between / 2)
+    swept = np.full(len(grid), -np.inf)
+    b, c = (axis + 1) % 3, (axis + 2) % 3
+    for i in range(steps + 1):
+        cos, sin = math.cos(low + i * between) * out, math.sin(low + i * between) * out
+        for g in range(len(grid)):
+            u, v, w = grid[g, axis], grid[g, b], grid[g, c]
+            reach = _interpolated(h, cells, axis, u, cos * v + sin * w, cos * w - sin * v)
+            swept[g] = max(swept[g], reach)
+    return swept
+
+
+@njit(cache=True, inline="always")
+def _interpolated(h, cells, axis, u, v, w):  # type: ignore[no-untyped-def]
+    """Bound h in a direction, bilinearly on the face of the cube that it points through.
+
+    u, v, w: components of the direction along ``axis`` and the two axes that follow it
+    """
+    if abs(v) > abs(u) and abs(v) >= abs(w):
+        axis, u, v, w = axis + 1, v, w, u
+    elif abs(w) > abs(u):
+        axis, u, v, w = axis + 2, w, u, v
+    m = abs(u)
+    half = 0.5 * cells / m
+    s, t = v * half + 0.5 * cells, w * half + 0.5 * cells
+    i, k = min(int(s), cells - 1), min(int(t), cells - 1)
+    s, t = s - i, t - k
+    face = 2 * (axis if axis < 3 else axis - 3) + (1 if u < 0 else 0)
+    at = (face * (cells + 1) + i) * (cells + 1) + k
+    low = h[at] * (1 - t) + h[at + 1] * t
+    high = h[at + cells + 1] * (1 - t) + h[at + cells + 2] * t
+    return m * (low * (1 - s) + high * s)
+
+
+@njit(cache=True)
+def _directions(cells):  # type: ignore[no-untyped-def]
+    """Make the grid points on the six faces of the cube of half side 1, (6·(cells + 1)², 3)."""
+    grid = np.empty((6 * (cells + 1) ** 2, 3))
+    at = 0
+    for face in range(6):
+        axis, sign = face // 2, 1.0 - 2.0 * (face % 2)
+        for i in range(cells + 1):
+            for k in range(cells + 1):
+                grid[at, axis] = sign
+                grid[at, (axis + 1) % 3] = 2.0 * i / cells - 1.0
+                grid[at, (axis + 2) % 3] = 2.0 * k / cells - 1.0
+                at += 1
+    return grid
+
 
 P_POSES = 6
 """Random allowed poses in which leaf appearances that span joints are measured, besides rest and
@@ -238,3 +440,35 @@ def _spans_joints(leaf: RiggedSticks) -> np.ndarray:
         np.minimum.at(least, leaf.owner, joints)
         np.maximum.at(most, leaf.owner, joints)
     return most > least
+
+
+def speed_bound(prototype: RiggedPrototype) -> float:
+    """Bound the speed of any point of the object against where it stands [m/s]."""
+    motion, rig = prototype.motion, prototype.rig
+    if len(motion.rotations) == 1:
+        return 0.0
+    rate = len(motion.rotations) / motion.period
+    after = np.roll(motion.rotations, -1, axis=0)
+    cosine = np.abs((motion.rotations * after).sum(axis=-1))
+    angle = 2 * np.arccos(np.clip(cosine, 0, 1)) * rate
+    bob = np.linalg.norm(np.roll(motion.shift, -1, axis=0) - motion.shift, axis=-1) * rate
+    speed, turning = np.zeros_like(angle), np.zeros_like(angle)
+    for j, parent in enumerate(rig.parent.tolist()):
+        length = float(np.linalg.norm(rig.offset[j]))
+        speed[:, j] = bob if parent < 0 else speed[:, parent] + turning[:, parent] * length
+        turning[:, j] = angle[:, j] + (0.0 if parent < 0 else turning[:, parent])
+    reach = _reach(prototype, len(rig))
+    fastest = float((speed + turning * reach).max())
+    return fastest + (motion.speed if len(motion.feet) else 0.0)
+
+
+def _reach(prototype: RiggedPrototype, joints: int) -> np.ndarray:
+    """Find the greatest distance from each joint to what rides on it, (joints,) [m]."""
+    reach = np.zeros(joints)
+    ends: list[tuple[Ints, Points]] = [(prototype.joint, prototype.place)]
+    for table in (prototype.inner, prototype.leaf):
+        ends += [(table.start_joint, table.start), (table.end_joint, table.end)]
+    for joint, place in ends:
+        on = joint >= 0
+        np.maximum.at(reach, joint[on], np.linalg.norm(place[on], axis=1))
+    return reach

@@ -27,7 +27,7 @@ from lod.arrays import Reals
 from lod.metric import blake
 from lod.view import View
 from lod.viewing import perceptual_limits
-from scenes.sticks.contrast import GROUND_CONTRAST
+from scenes.sticks.prototype import GROUND_CONTRAST
 from scenes.terrain.hidden_relief import seen_slopes
 from scenes.terrain.relief import Relief
 

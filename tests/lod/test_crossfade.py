@@ -15,7 +15,7 @@ from lod.metric import METRICS
 from lod.pruner import Cut, Parts, cut_from_parts
 from lod.shapes import Sticks, StickTable
 from lod.view import View
-from scenes.sticks.outline_area import mean_outline_areas
+from scenes.sticks.areas import mean_outline_areas
 
 CAMERA = camera_from_heading(Corner(0, 0), np.zeros(3), 0.0, 0.0, 60.0, (64, 36))
 

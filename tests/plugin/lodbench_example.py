@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bench.arms.arm import Arm, by_view
-from bench.arms.plain_arms import culled_beyond
+from bench.methods.catalogue import culled_beyond
+from bench.methods.method import Arm, by_view
 from lod.actors.message import change
 from lod.camera import GRID_M, Corner, camera_from_heading
 from lod.hierarchy import Hierarchy

@@ -10,7 +10,7 @@ from bench.cli.flag_rules import StrictCommand
 from bench.cli.output import Output, output, table
 
 if TYPE_CHECKING:
-    from scenes.model_files.part_tree import PartTree
+    from scenes.imported.part_tree import PartTree
 
 _json = click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
 _sheet = click.option(
@@ -31,7 +31,7 @@ def command() -> None:
 @_json
 def add(file: str, name: str | None, overwrite: bool, sheet: str | None, as_json: bool) -> None:
     """Read and check a .usd, .usda, .usdc, .usdz, .gltf or .glb file, and keep it as a model."""
-    from scenes.model_files.library import keep_model, read_model
+    from scenes.imported.library import keep_model, read_model
 
     with output(as_json) as out:
         tree = read_model(Path(file))
@@ -46,8 +46,8 @@ def add(file: str, name: str | None, overwrite: bool, sheet: str | None, as_json
 @_json
 def list_models(as_json: bool) -> None:
     """Models that were added, a line each."""
-    from scenes.model_files.library import user_model
-    from scenes.model_files.user_models import models_folder, user_model_names
+    from scenes.imported.library import user_model
+    from scenes.model_files.names import models_folder, user_model_names
 
     with output(as_json) as out:
         found = {name: _facts(user_model(name)) for name in user_model_names()}
@@ -68,8 +68,8 @@ def list_models(as_json: bool) -> None:
 @_json
 def show(model: str, sheet: str | None, as_json: bool) -> None:
     """What a model holds, level by level; a file is read and checked, and not kept."""
-    from scenes.model_files.library import read_model, user_model
-    from scenes.model_files.user_models import is_model_file
+    from scenes.imported.library import read_model, user_model
+    from scenes.model_files.names import is_model_file
 
     with output(as_json) as out:
         is_file = is_model_file(model) or "/" in model
@@ -84,7 +84,7 @@ def show(model: str, sheet: str | None, as_json: bool) -> None:
 @_json
 def remove(name: str, as_json: bool) -> None:
     """Remove a model that was added; presets that name it are refused from then on."""
-    from scenes.model_files.library import remove_model
+    from scenes.imported.library import remove_model
 
     with output(as_json) as out:
         remove_model(name)
@@ -95,8 +95,8 @@ def remove(name: str, as_json: bool) -> None:
 def _picture(out: Output, name: str, tree: "PartTree", path: Path) -> None:
     """Write the contact sheet of a model's levels."""
     from bench.cli.model_sheet import model_sheet
-    from scenes.models.imported.prototype import imported_prototype
-    from scenes.render.mitsuba.variants import choose
+    from scenes.imported.imported_prototype import imported_prototype
+    from scenes.render.variants import choose
 
     out.note(
         f"{model_sheet(imported_prototype(name, tree), path, choose('auto'))} shows its levels"

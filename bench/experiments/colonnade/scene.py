@@ -19,10 +19,10 @@ from scenes.field.species_field import Placed
 from scenes.frame.displayed import DisplayedRepresentation, display
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.quality import Quality
-from scenes.models.column import RADIUS_M, column
+from scenes.models.stone import RADIUS_M, column
 from scenes.plugins.entry_points import metric_by_name
 from scenes.render.pipeline.render import render_frame
-from scenes.sticks.contrast import LUMINANCE
+from scenes.sticks.prototype import LUMINANCE
 from scenes.terrain.terrain import Terrain
 from scenes.world.light import Light
 

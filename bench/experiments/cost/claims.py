@@ -4,11 +4,89 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from bench.experiments.cost.size_claims import judge_sizes
-from bench.records.claims import Claim, claim
-from bench.records.points import Point, where
-from bench.statistics.estimates import LEAST_REPEATS, two_sided_median
+from bench.experiments.fidelity.equal_error import EQUAL_ERROR
+from bench.experiments.fidelity.shipped.claims import errors
+from bench.records.claims import Claim
+from bench.records.old_claims import claim
+from bench.records.records import Point, grouped, where
+from bench.statistics.estimates import LEAST_REPEATS, Estimate, two_sided_factor, two_sided_median
+from bench.statistics.extrapolated_error import one_sided_mean
 from lod.arrays import Reals
+
+SET_UP = "prune", "appearance", "describe", "build"
+"""The stages of a frame before its trace."""
+
+STILL = {"meadow"}
+"""Kinds of world in which nothing moves: the whole scene is built once, and then only traced."""
+
+TRACE_TOLERANCE = 0.25
+"""How far a pruned trace may be from a whole one in time, as a share, to be called as long."""
+
+_SOURCE = "§4.1, §4.2"
+
+
+def judge_sizes(points: Sequence[Point]) -> list[Claim]:
+    """Claim time, memory and error of every size of world."""
+    made = []
+    for (kind, objects), both in grouped(points, "kind", "objects").items():
+        sides = {p.case["side"]: p for p in both}
+        whole, pruned = sides["whole"], sides["pruned"]
+        name, where = f"sizes/{kind}/{objects:g}", f"{objects:g} objects of {kind}"
+        about = f"Pruned, the rays of a frame take as long to trace as whole: {where}."
+        words = about, "trace, pruned ÷ whole", _SOURCE
+        found = ratio(trace_us(pruned), trace_us(whole))
+        made.append(claim(f"{name}/trace", words, 1.0, TRACE_TOLERANCE, found))
+        later = "whole built once" if kind in STILL else "both made anew"
+        about = f"Pruned, a later frame takes no longer than whole, {later}: {where}."
+        words = about, "frame by the clock, pruned ÷ whole", _SOURCE
+        found = ratio(frame_us(pruned), later_us(whole))
+        made.append(claim(f"{name}/frame", words, 1.0, 0, found, "at most"))
+        for quantity, each in (("set-up", set_up_us), ("memory", peak_bytes)):
+            found = ratio(each(pruned), each(whole))
+            about = f"Pruned, a frame needs no more {quantity} than whole: {where}."
+            words = about, f"{quantity} of a first frame, pruned ÷ whole", _SOURCE
+            which = f"{name}/{quantity.replace('-', '_')}"
+            made.append(claim(which, words, 1.0, 0, found, "at most"))
+        about = f"As good as whole by blake at one pixel: {where}."
+        words = about, "mean FLIP without noise, over fields (one-sided)", _SOURCE
+        found = one_sided_mean(errors(pruned))
+        made.append(claim(f"{name}/error", words, EQUAL_ERROR, 0, found, "at most"))
+    return made
+
+
+def ratio(pruned: Reals, whole: Reals) -> Estimate:
+    """Estimate pruned ÷ whole, one by one."""
+    return two_sided_factor(np.maximum(pruned, 1) / np.maximum(whole, 1))
+
+
+def trace_us(point: Point) -> Reals:
+    """Return the time of every frame's trace, (frames,) [µs]."""
+    return point.values("us", stage="trace")
+
+
+def set_up_us(point: Point) -> Reals:
+    """Return the time of every frame before its trace, (frames,) [µs]."""
+    return np.asarray(np.sum([point.values("us", stage=stage) for stage in SET_UP], axis=0))
+
+
+def frame_us(point: Point) -> Reals:
+    """Return the time of every frame, all its stages, (frames,) [µs]."""
+    return np.asarray(set_up_us(point) + trace_us(point))
+
+
+def later_us(point: Point) -> Reals:
+    """Return the time of a later frame, (frames,) [µs]: what stands still is not set up again.
+
+    That is so of a whole scene. What a walking eye has pruned changes with every step.
+    """
+    still = point.case["kind"] in STILL and point.case["side"] == "whole"
+    return trace_us(point) if still else frame_us(point)
+
+
+def peak_bytes(point: Point) -> Reals:
+    """Return the most memory of a process that made one frame, (fields,) [bytes]."""
+    return point.values("peak_bytes")
+
 
 STAGES = {
     "prune": "examine and prune",
@@ -27,7 +105,7 @@ SEQUENCE = 240
 def judge(points: tuple[Point, ...]) -> tuple[Claim, ...]:
     """Return every claim that these points decide."""
     frames, processes = own_frames(points)
-    whole, world = frame_us(frames), processes.values("world")
+    whole, world = own_frame_us(frames), processes.values("world")
     share, setup = "share of a frame's time", "set-up ÷ time of the frames"
     metric = "Distance, root and comparison of every part examined cost next to nothing."
     prune = "Finding and pruning, all of it, is small beside rendering."
@@ -57,6 +135,6 @@ def stage_us(frames: Point, stage: str) -> Reals:
     return frames.values("us", stage=stage)
 
 
-def frame_us(frames: Point) -> Reals:
+def own_frame_us(frames: Point) -> Reals:
     """Return the time of every warm frame, all its stages, (frames,) [µs]."""
     return np.asarray(np.sum([stage_us(frames, stage) for stage in STAGES], axis=0))

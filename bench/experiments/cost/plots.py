@@ -4,19 +4,26 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from bench.experiments.cost.claims import STAGES, frame_us, own_frames, stage_us
-from bench.experiments.cost.size_claims import SET_UP, peak_bytes, set_up_us, trace_us
+from bench.experiment import Table
+from bench.experiments.cost.claims import (
+    SET_UP,
+    STAGES,
+    own_frame_us,
+    own_frames,
+    peak_bytes,
+    set_up_us,
+    stage_us,
+    trace_us,
+)
 from bench.experiments.fidelity.shipped.claims import errors
 from bench.plots.plot import Curve, Plot, curves
-from bench.records.points import Point, grouped, where
-from bench.records.records import Record
-from bench.runner.experiment import Table
+from bench.records.records import Point, Record, grouped, where
 
 
 def plots(record: Record) -> tuple[Plot, ...]:
     """Draw the time of every stage of every warm frame, and that of larger worlds."""
     frames, _ = own_frames(record.points)
-    count = len(frame_us(frames))
+    count = len(own_frame_us(frames))
     x = [float(n + 1) for n in range(count)]
     drawn = [
         Curve(name, x, (np.maximum(stage_us(frames, stage), 1) / 1e6).tolist())
@@ -25,8 +32,9 @@ def plots(record: Record) -> tuple[Plot, ...]:
     words = "; ".join(f"{c.label}: {np.median(c.y):.3g} s" for c in drawn)
     caption = (
         f"Seconds of every stage in {count} frames of meadow that no longer compile, 320 × 180, 8 "
-        f"samples a pixel. Medians: {words}; a whole frame {np.median(frame_us(frames)) / 1e6:.3g} "
-        "s. The metric alone is three squares, a root and a comparison for each part examined."
+        f"samples a pixel. Medians: {words}; a whole frame "
+        f"{np.median(own_frame_us(frames)) / 1e6:.3g} s. The metric alone is three "
+        "squares, a root and a comparison for each part examined."
     )
     axis = "frame", "seconds"
     scales = "linear", "log"
@@ -70,7 +78,7 @@ def summary(record: Record) -> Table:
 def point_table(record: Record) -> Table:
     """Return a table: median, least and most of everything timed, and the memory held."""
     frames, processes = own_frames(record.points)
-    whole = float(np.median(frame_us(frames)))
+    whole = float(np.median(own_frame_us(frames)))
     names = {**STAGES, "metric": "the metric alone", "haze": "haze, in rendering"}
     rows = [_row(name, stage_us(frames, k) / 1e6, whole / 1e6) for k, name in names.items()]
     warm = float(np.median(stage_us(frames, "trace")))

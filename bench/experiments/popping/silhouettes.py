@@ -21,7 +21,7 @@ from scenes.frame.displayed import DisplayedRepresentation
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.quality import Quality
 from scenes.render.pipeline.stages import BuiltFrame, build_frame, trace
-from scenes.sticks.contrast import LUMINANCE
+from scenes.sticks.prototype import LUMINANCE
 from scenes.world.light import Light
 
 SKY_SHARE = 0.25

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from bench.runner.experiment import Experiment, functions_of
+from bench.old_experiment import Experiment, functions_of
 
 _KINDS = "crowd", "meadow", "swaying", "forest", "swaying forest"
 _RIVALS = "blake", "full", "distance", "in_view", "discrete", "stochastic"
@@ -54,15 +54,7 @@ EXPERIMENT = Experiment(
         "weighed": 1,
     },
     expected_seconds={"full": 18_000.0, "quick": 600.0},
-    **functions_of(
-        __name__,
-        "summary",
-        "tables",
-        scene_hash="windows",
-        cases="windows",
-        summary="tables",
-        tables="tables",
-    ),
+    **functions_of(__name__, "summary", "tables"),
     rendered=True,
     timed=True,
     all_cores=True,

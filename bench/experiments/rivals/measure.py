@@ -5,43 +5,200 @@ one of equal error are timed, all arms taking turns, frame by frame, in an order
 frame, since who follows a large scene finds other memory: each stage by the clock, and all of a
 frame by the processor. While one arm is timed no scene of another exists: its shapes would
 be in the code that is compiled, and garbage would be looked for. Memory is the most that a fresh
-process holds that makes one frame (``child``).
+process holds that makes one frame.
 
 A whole world that is foretold to need more memory than there is has no picture, and so its window
 has no errors; the other arms are timed as they are.
+
+Each arm also walks through one window at its setting nearest to equal error. Every frame has the
+same seed as the whole world's, so that noise is the same where the same is displayed. ``flip`` is
+the difference of a frame; ``residual`` is what changes from frame to frame beside what the whole
+changes: the mean over pixels and colours of |ΔT − ΔW|, of pictures as they are displayed. Where
+ColorVideoVDP is here, it judges the sequences too. And the same frames are rendered in Cycles.
 """
 
-import json
 import math
-import os
-import subprocess
-import sys
 from collections.abc import Sequence
-from dataclasses import asdict
-from pathlib import Path
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from bench.arms.arm import Arm
-from bench.arms.registry import arms
+from bench.children import run_in_child
 from bench.experiments.fidelity.equal_error import EQUAL_ERROR
-from bench.experiments.fidelity.image_errors import Reference, picture_errors, reference_of
-from bench.experiments.rivals.coverage import covered
-from bench.experiments.rivals.cycles import measure_cycles
-from bench.experiments.rivals.equal_error import judged_error
-from bench.experiments.rivals.noise import noise
-from bench.experiments.rivals.turns import Runner, prepared_runner
-from bench.experiments.rivals.walk import measure_walk
-from bench.experiments.rivals.windows import Case, OtherRenderer, Walk, Window
-from bench.records.points import Column, Point
-from scenes.frame.layers import Layers
+from bench.experiments.fidelity.image_errors import (
+    BAND_EDGES_M,
+    Reference,
+    band_name,
+    picture_errors,
+    reference_of,
+)
+from bench.fields.windows import Picture
+from bench.methods.catalogue import CLIPPED, arms
+from bench.methods.comparison import judged_error
+from bench.methods.cycles import measure_cycles, noise
+from bench.methods.environments import CYCLES, VIDEO
+from bench.methods.method import Arm
+from bench.methods.runner import KINDS, Runner, Window, make_one_frame, prepared_runner
+from bench.methods.video import just_objectionable_differences
+from bench.old_experiment import Effort
+from bench.records.provenance import scene_digest
+from bench.records.records import Column, Point
+from bench.statistics.excess_flip import mean_flip
+from scenes.frame.layers import SKY_Z, Layers
+from scenes.preset.load import load_preset
 from scenes.preset.tables import Preset
-from scenes.render.mitsuba.variants import trusting
+from scenes.render.pictures import auto_exposure, to_srgb
 from scenes.render.pipeline.memory_limit import frame_bytes, memory_limit
+from scenes.render.variants import choose
 from scenes.world.forecast import forecast
 from scenes.world.view import view_at
 from scenes.world.world import World, build_world
+
+JUDGED = "blake", "clipped", "discrete", "stochastic"
+"""The arms whose sequences ColorVideoVDP judges."""
+
+
+@dataclass(frozen=True)
+class Walk:
+    """A sequence of ``frames`` frames through a window, in which motion is looked at."""
+
+    window: Window
+    frames: int
+
+    @property
+    def label(self) -> str:
+        """The name of the case, in short."""
+        return f"{self.frames} frames of {self.window.label}"
+
+
+@dataclass(frozen=True)
+class OtherRenderer:
+    """A window that Cycles renders, too: whole, and cut by the metric."""
+
+    window: Window
+
+    @property
+    def label(self) -> str:
+        """The name of the case, in short."""
+        return f"Cycles, {self.window.label}"
+
+
+Case = Window | Walk | OtherRenderer
+
+
+def cases(effort: Effort) -> list[Case]:
+    """Return every field of every world, the walk, and what Cycles renders if it is here."""
+    variant = choose()
+    common = {name: effort[name] for name in ("pairs", "repeats", "weighed")}
+    picture = Picture(effort["size"], effort["spp"])
+    windows = [
+        Window(kind, objects, field, picture, variant=variant, arms=tuple(few), **common)
+        for kind, objects, fields, few in effort["worlds"]
+        for field in range(fields)
+    ]
+    kind, objects, size, frames = effort["walk"]
+    small = Window(kind, objects, 0, Picture(size, effort["spp"]), 2, 1, variant)
+    walk = Walk(small, frames)
+    others = [OtherRenderer(w) for w in windows if [w.kind, w.objects] in effort["cycles"]]
+    return [*windows, walk, *(others if CYCLES.python() else [])]
+
+
+def scene_hash(points: tuple[Point, ...]) -> str:
+    """Return the SHA-256 of the kinds of worlds, and of the arms with their settings."""
+    tried = {name: arm.settings for name, arm in arms().items()}
+    worlds = sorted({(p.case["kind"], p.case["objects"]) for p in points})
+    presets = [load_preset(*KINDS[kind]).model_dump(mode="json") for kind, _ in worlds]
+    return scene_digest([KINDS, worlds, tried, presets])
+
+
+LEFT_OUT = "bounded", "solid_angle", "depth"
+"""Arms that do not walk: readings of the metric that move as ``blake`` does."""
+
+
+def measure_walk(case: Walk, seed: int) -> list[Point]:
+    """Measure every arm over one sequence."""
+    window = case.window
+    preset = window.preset(seed)
+    world = build_world(preset)
+    found = {name: arm for name, arm in arms().items() if name not in LEFT_OUT}
+    whole = _frames(prepared_runner(found.pop("full"), 0.0, world, preset), case)
+    exposure = auto_exposure(whole[0])
+    reference = _displayed(whole, exposure)
+    points, judged = [], {}
+    for arm in (*found.values(), CLIPPED):
+        settings = [prepared_runner(arm, s, world, preset) for s in arm.settings]
+        nearest = min(settings, key=lambda each: _away(each, reference[0], exposure, case))
+        walked = prepared_runner(arm, nearest.setting, world, preset)
+        tested = _displayed(_frames(walked, case), exposure)
+        walked.columns += changes(tested, reference)
+        points.append(walked.point(part="walk", kind=window.kind, objects=window.objects))
+        if arm.name in JUDGED:
+            judged[arm.name] = tested
+    if not VIDEO.python():
+        return points
+    jod = just_objectionable_differences(judged, reference, _fps(preset))
+    return [_with_jod(each, jod) for each in points]
+
+
+def changes(tested: np.ndarray, whole: np.ndarray) -> tuple[Column, Column]:
+    """Compare two displayed sequences, (n, h, w, 3): FLIP of frames, and residuals of steps."""
+    pairs = zip(tested, whole, strict=True)
+    flip = [round(1e6 * mean_flip(one, two)) for one, two in pairs]
+    left = np.abs(np.diff(tested, axis=0) - np.diff(whole, axis=0)).mean(axis=(1, 2, 3))
+    return Column("flip", flip), Column("residual", [round(1e6 * float(each)) for each in left])
+
+
+def _away(runner: Runner, whole: np.ndarray, exposure: float, case: Walk) -> float:
+    """Tell how far the first frame is from equal error, in logarithms; noise is the same."""
+    runner.frame(1, case.window.variant)
+    tested = _displayed([runner.picture(0).rgb], exposure)[0]
+    runner.forget()
+    return abs(math.log(max(mean_flip(tested, whole), 1e-6) / EQUAL_ERROR))
+
+
+def _frames(runner: Runner, case: Walk) -> list[np.ndarray]:
+    found = []
+    for number in range(1, case.frames + 1):
+        runner.frame(number, case.window.variant)
+        found.append(runner.picture(0).rgb)
+    runner.forget()
+    return found
+
+
+def _displayed(frames: list[np.ndarray], exposure: float) -> np.ndarray:
+    return np.stack([to_srgb(each.astype(np.float64), exposure) for each in frames]).astype("f4")
+
+
+def _fps(preset: Preset) -> float:
+    return float(preset.camera.fps)
+
+
+def _with_jod(point: Point, jod: dict[str, float]) -> Point:
+    name = point.case["arm"]
+    if name not in jod:
+        return point
+    return Point(point.case, samples=(*point.samples, Column("jod", [round(1e6 * jod[name])])))
+
+
+LEVEL = 1.0 - 1e-4
+"""A normal that points up by this or more is the ground's."""
+
+
+def covered(tested: Sequence[Layers], whole: Sequence[Layers]) -> list[Column]:
+    """Count the covered pixels of every picture, by bands of what they show."""
+    made = []
+    for low, high in zip(BAND_EDGES_M, (*BAND_EDGES_M[1:], float(SKY_Z)), strict=True):
+        for which, row in (("tested", tested), ("reference", whole)):
+            counts = [int(np.count_nonzero(_things(each, low, high))) for each in row]
+            made.append(Column("covered", counts, {"picture": which, "band": band_name(low)}))
+    return made
+
+
+def _things(layers: Layers, low: float, high: float) -> np.ndarray:
+    inside = (layers.Z >= low) & (layers.Z < high)
+    return np.asarray(inside & (layers.N[..., 2] < LEVEL))
+
 
 TIMED = 3
 """Settings of each arm that are timed: those next to equal error."""
@@ -55,7 +212,6 @@ of 6 to 31 M sticks 140 to 195 (``lodbench run rivals``). Some of it ``render`` 
 builds, and some its model leaves out."""
 
 _LONGEST_S = 900
-_ROOT = Path(__file__).resolve().parents[3]
 
 
 def measure(case: Case, seed: int) -> list[Point]:
@@ -159,15 +315,6 @@ def _measure_error(runner: Runner, whole: Reference, same: list[Layers], case: W
 
 def _peak_bytes(runner: Runner, case: Window, seed: int) -> int:
     """Ask a fresh process for the most that it holds while it makes one frame [bytes]."""
-    words = {"window": asdict(case), "seed": seed, "arm": runner.arm.name}
-    paths = os.pathsep.join([str(_ROOT), *filter(None, [os.environ.get("PYTHONPATH")])])
-    done = subprocess.run(
-        [sys.executable, "-P", "-m", "bench.experiments.rivals.child"],
-        input=json.dumps(words | {"setting": runner.setting}),
-        env={**trusting(case.variant), "PYTHONPATH": paths},
-        stdout=subprocess.PIPE,
-        timeout=_LONGEST_S,
-        check=True,
-        text=True,
-    )
-    return int(done.stdout.splitlines()[-1])
+    words = case, seed, runner.arm.name, runner.setting
+    child = run_in_child(make_one_frame, *words, variant=case.variant, timeout_s=_LONGEST_S)
+    return child.peak_bytes

@@ -2,7 +2,7 @@
 
 Each part is written to a record as soon as it is measured, so that a run that was stopped
 goes on with the parts that are not there yet: what a threshold saves of the updates
-(``bench.studies.acting.waiting``), where the time of an update goes, by what an actor does
+(``bench.acting``), where the time of an update goes, by what an actor does
 (``costs``), and whether people who walk about keep clear of each other and stand on their feet
 (``walking``). A part that another run measured than the first has its own provenance.
 """
@@ -17,23 +17,30 @@ from typing import Any
 
 import click
 
-from bench.cli.output import table
-from bench.cli.progress import counted
-from bench.records.provenance import provenance, scene_digest
-from bench.studies.acting.costs import Costs, cost_rows, costs, costs_by_behaviour
-from bench.studies.acting.waiting import Crowd, Saving, saving, saving_rows, verdict_rows
-from bench.studies.acting.walking import (
+from bench.acting import (
     Clearance,
+    Costs,
+    Crowd,
     Feet,
     Meetings,
+    Saving,
     clearance,
+    cost_rows,
+    costs,
+    costs_by_behaviour,
     feet_of_actors,
     feet_of_the_field,
     meetings,
+    saving,
+    saving_rows,
+    verdict_rows,
     walking_rows,
 )
+from bench.cli.output import table
+from bench.cli.progress import counted
+from bench.records.provenance import provenance, scene_digest
 from lod.errors import InputError
-from scenes.render.files.whole_file import whole_file
+from scenes.files import whole_file
 
 Record = dict[str, dict[str, Any]]
 """What was measured, by part."""

@@ -11,12 +11,10 @@ from pathlib import Path
 
 from scenes.model_files.names import tree_species_names
 from scenes.models.catalogue import MODELS, PROTOTYPE_SEED, at_rest
-from scenes.models.trees.parameters import TreeSpecies
-from scenes.models.trees.species_files import read_species, tree_species
-from scenes.models.trees.tree import tree_prototypes
-from scenes.models.trees.weather import CALM_SUMMER
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.sticks.prototype import Prototype
+from scenes.trees.species import CALM_SUMMER, TreeSpecies, read_species, tree_species
+from scenes.trees.tree import tree_prototypes
 
 UNSEEN = ("poplar", "acacia", "pine")
 """Kinds of tree whose parameters were frozen before the fit that they judge."""
@@ -63,8 +61,8 @@ def species_of(kind: str) -> TreeSpecies:
 def prototype_of(case: Case) -> Prototype | RiggedPrototype:
     """Make the object of a case, in summer and at rest."""
     if case.kind in IMPORTED:
-        from scenes.model_files.library import read_model
-        from scenes.models.imported.prototype import imported_prototype
+        from scenes.imported.imported_prototype import imported_prototype
+        from scenes.imported.library import read_model
 
         return imported_prototype(case.kind, read_model(KINDS / IMPORTED[case.kind]))
     if case.kind in OTHERS:

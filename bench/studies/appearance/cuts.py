@@ -13,8 +13,8 @@ from lod.metric import METRICS
 from lod.pruner import BlendWeights, Cut, prune
 from lod.shapes import Appearance, Sticks, StickTable, Triangles, batches_of
 from lod.view import View
+from scenes.appearance.tone import Illumination
 from scenes.field.species_field import Placed
-from scenes.sticks.appearance.tone import Illumination
 from scenes.sticks.shapes import Shapes
 
 

@@ -17,13 +17,13 @@ from lod.arrays import Reals
 from lod.camera import Camera, Corner
 from lod.pruner import Cut, Parts, cut_from_parts
 from lod.shapes import Triangles
+from scenes.appearance.tone import Illumination
 from scenes.frame.displayed import DisplayedRepresentation
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.quality import Quality
-from scenes.render.mitsuba.variants import choose
 from scenes.render.pipeline.render import render_frame
-from scenes.sticks.appearance.tone import Illumination
-from scenes.sticks.contrast import LUMINANCE
+from scenes.render.variants import choose
+from scenes.sticks.prototype import LUMINANCE
 from scenes.terrain.colour import GROUND_MATERIALS
 from scenes.world.light import Light
 

@@ -4,8 +4,8 @@ import numpy as np
 
 from bench.studies.appearance.cuts import LoneObject, shapes_of
 from lod.arrays import Reals
-from scenes.sticks.outline_area import directions
-from scenes.sticks.visible_area import visible_areas
+from scenes.appearance.visible_area import visible_areas
+from scenes.sticks.areas import directions
 
 RAYS = 220
 """Rays across the radius that holds an object."""

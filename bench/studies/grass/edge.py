@@ -17,7 +17,7 @@ from scenes.frame.assemble import assemble_frame
 from scenes.preset.load import load_preset
 from scenes.preset.tables import Preset
 from scenes.render.pipeline.stages import build_frame, trace
-from scenes.sticks.contrast import LUMINANCE
+from scenes.sticks.prototype import LUMINANCE
 from scenes.world.world import build_world
 
 WITHIN = 0.05

@@ -10,7 +10,6 @@ from lod.view import View
 from scenes.frame.assemble import frame_quality
 from scenes.frame.frame_input import FrameInput
 from scenes.models.catalogue import model_prototypes
-from scenes.models.trees.weather import Weather
 from scenes.preset.acting import has_acting
 from scenes.preset.tables import Preset
 from scenes.render.pipeline.free_memory import free_bytes
@@ -22,6 +21,7 @@ from scenes.render.pipeline.memory_model import (
     predicted_bytes,
 )
 from scenes.rig.rigged_prototype import RiggedPrototype
+from scenes.trees.species import Weather
 from scenes.world.forecast import Forecast, forecast
 from scenes.world.view import view_at
 from scenes.world.world import World

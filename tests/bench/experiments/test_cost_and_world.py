@@ -5,20 +5,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bench.experiment import experiments
 from bench.experiments.cost import measure as cost_experiment
-from bench.experiments.cost.child import measure
-from bench.experiments.cost.claims import STAGES, frame_us
+from bench.experiments.cost.claims import SET_UP, STAGES, judge_sizes, own_frame_us
 from bench.experiments.cost.claims import judge as judge_cost
-from bench.experiments.cost.size_claims import SET_UP, judge_sizes
-from bench.experiments.cost.sizes import Size, measure_size
-from bench.experiments.registry import EXPERIMENTS
+from bench.experiments.cost.measure import Size, measure_size
 from bench.experiments.world import measure as world_experiment
 from bench.experiments.world.claims import beyond_limit
 from bench.experiments.world.claims import judge as judge_world
-from bench.records.points import Column, Point, columns
+from bench.frame_costs import preset_costs
 from bench.records.provenance import provenance
-from bench.records.records import Record
-from scenes.render.mitsuba.variants import choose
+from bench.records.records import Column, Point, Record, columns
+from scenes.render.variants import choose
+
+EXPERIMENTS = experiments()
 
 
 def frames(**share):
@@ -169,14 +169,14 @@ def test_figures_and_table_tell_the_record(name, points):
 
 
 def test_every_stage_of_a_real_frame_is_timed():
-    found = measure(["render.size=32x18", "render.spp=1", "view.detail=8"], choose(), 1)
+    found = preset_costs(["render.size=32x18", "render.spp=1", "view.detail=8"], choose(), 1)
     (row,) = found["warm"]
     assert {*STAGES, "metric", "tests", "haze"} <= set(row)
     assert all(row[stage] > 0 for stage in STAGES) and row["tests"] > 10
     cold = found["cold"]
     assert 0 < cold["world_bytes"] <= cold["shoot_bytes"] <= cold["render_bytes"]
     warm, processes = cost_experiment.process_points(found)
-    assert frame_us(warm)[0] == sum(row[stage] for stage in STAGES)
+    assert own_frame_us(warm)[0] == sum(row[stage] for stage in STAGES)
     assert processes.column("world")[0] > 0 and processes.column("drawn", what="sticks")[0] > 0
 
 

@@ -6,25 +6,26 @@ from pathlib import Path
 import numpy as np
 from click.testing import CliRunner
 
-from bench.studies.acting import study
-from bench.studies.acting.costs import KINDS, costs, costs_by_behaviour
-from bench.studies.acting.crowd import troupe_of, walkers
-from bench.studies.acting.waiting import (
+from bench.acting import (
+    KINDS,
     Crowd,
     Saving,
     acted_on_a_copy,
-    off_px,
-    saving,
-    sticks_off_px,
-    verdict_rows,
-)
-from bench.studies.acting.walking import (
+    costs,
+    costs_by_behaviour,
     feet_of_actors,
     feet_of_the_field,
     meetings,
     nearest_m,
+    off_px,
+    saving,
+    sticks_off_px,
+    troupe_of,
+    verdict_rows,
+    walkers,
     walking_rows,
 )
+from bench.studies.acting import study
 from lod.pruner import prune
 from scenes.actors.acting import Rules
 from scenes.actors.behaviours import BEHAVIOURS

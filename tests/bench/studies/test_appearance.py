@@ -19,9 +19,9 @@ from bench.studies.appearance.record import (
     with_table,
 )
 from lod.errors import InputError
-from scenes.model_files.library import read_model
+from scenes.imported.library import read_model
 from scenes.model_files.names import tree_species_names
-from tests.scenes.model_files.sample_models import lamp_tree, mill
+from tests.scenes.imported.sample_models import lamp_tree, mill
 
 TREE = Case("dead_tree", 5)
 

@@ -12,12 +12,10 @@ from lod.actors.quaternion import Quaternion, rotation
 from scenes.actors.body import Body
 from scenes.actors.limb import limb_routes, limb_tree, planted_phase, prints_ahead, step_at
 from scenes.actors.performance import posed_prototype
-from scenes.models.animals.catalogue import animal
-from scenes.models.people.people import people_at_rest
-from scenes.models.people.walking import walking_people
+from scenes.figures.animal_file import animal
+from scenes.figures.person import people_at_rest, walking_people
 from scenes.rig.foot_placement import Placements, place_on_ground
-from scenes.rig.pose import pose_points
-from scenes.rig.pose_tables import PoseTables
+from scenes.rig.pose import PoseTables, pose_points
 
 RIGHT_FOOT = "right leg/lower leg/foot"
 

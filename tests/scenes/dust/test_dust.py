@@ -18,7 +18,7 @@ from scenes.dust.growth import HIGH, LIFE_S, settling_speed, wind_near_ground
 from scenes.dust.soil import Soil
 from scenes.field.cells import CellSamples
 from scenes.field.species_field import Species, SpeciesField, patrol_orbits
-from scenes.models.animals.catalogue import animal
+from scenes.figures.animal_file import animal
 from scenes.models.catalogue import people
 from scenes.preset.load import preset_from
 from scenes.terrain.relief import Relief

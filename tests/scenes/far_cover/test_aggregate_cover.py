@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from lod.shapes import StickTable
+from scenes.appearance.sky import SKY_COLUMNS, SKY_ROWS, Sky, sky_at
 from scenes.far_cover import stand_appearance
 from scenes.far_cover.aggregate_cover import AggregateCover
 from scenes.far_cover.stand_appearance import DEPRESSIONS_DEG, measure_stand
 from scenes.far_cover.stand_paths import randoms_per_path
 from scenes.field.species_field import Habitat, Species
 from scenes.preset.load import load_preset
-from scenes.sticks.appearance.sky import SKY_COLUMNS, SKY_ROWS, Sky, sky_at
 from scenes.sticks.prototype import PartPlaces, assemble_prototype
 from scenes.terrain.relief import Relief
 from scenes.world.view import view_at

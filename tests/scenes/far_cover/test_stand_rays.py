@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from lod.shapes import StickTable
+from scenes.appearance.ray_grid import NOTHING, intersect_ray, make_grids, normal_at
 from scenes.far_cover.stand_rays import (
     intersect_layers,
     intersect_stand,
@@ -11,7 +12,6 @@ from scenes.far_cover.stand_rays import (
     stand_layers,
 )
 from scenes.noise import lattice_bits, unit_float
-from scenes.sticks.ray_grid import NOTHING, intersect_ray, make_grids, normal_at
 
 SEED = np.uint64(0x57A4D)
 

@@ -9,7 +9,7 @@ from scenes.far_cover.stand_appearance import full_detail_sticks
 from scenes.far_cover.turbid_canopy import outlines_between, turbid_canopy
 from scenes.field.species_field import Species
 from scenes.models.catalogue import model_prototypes
-from scenes.models.trees.weather import Weather
+from scenes.trees.species import Weather
 
 
 def post(low, high, radius, x=0.0):

@@ -7,10 +7,10 @@ import pytest
 
 from lod.pruner import BlendWeights
 from scenes.field.part_tables import PartTables
-from scenes.models.trees.species_files import tree_species
-from scenes.models.trees.tree import tree_prototypes
 from scenes.rig.rigged_prototype import rigid_prototype
-from scenes.sticks.view_dependence import ViewDependence
+from scenes.sticks.by_view import ViewDependence
+from scenes.trees.species import tree_species
+from scenes.trees.tree import tree_prototypes
 
 
 @pytest.fixture(scope="module")

@@ -15,19 +15,18 @@ from lod.metric import METRICS
 from lod.pruner import prune
 from lod.view import View
 from scenes.field.species_field import Species, SpeciesField, ground_contact_detail
-from scenes.gait.foot_path import heel_and_ball
-from scenes.gait.patrol import MIN_STRIDE_FACTOR
-from scenes.models.animals.catalogue import animal
+from scenes.figures.animal_file import animal
+from scenes.figures.gait import heel_and_ball
+from scenes.figures.patrol import MIN_STRIDE_FACTOR
 from scenes.models.catalogue import at_rest, people
 from scenes.preset.load import load_preset
 from scenes.rig.foot_placement import BODY, FOOTPRINT, SOLE, Placements, place_on_ground
-from scenes.rig.pose import pose_points
-from scenes.rig.pose_tables import PoseTables
+from scenes.rig.pose import PoseTables, pose_points
 from scenes.world.view import view_at
 from scenes.world.world import build_world
 from tests.scenes.field.brute_force import Waves, drawn, objects_in, pruned
-from tests.scenes.gait.contact_errors import lowest_heights, sample_cycle
-from tests.scenes.rig.motion_phase import motion_at
+from tests.scenes.figures.contact_errors import lowest_heights, sample_cycle
+from tests.scenes.figures.motion_phase import motion_at
 
 FLAT = 0.0
 HILLY = 1.5

@@ -13,7 +13,7 @@ from lod.pruner import prune, prune_by_level
 from lod.shapes import Sticks, batches_of
 from lod.view import distance
 from scenes.preset.load import load_preset
-from scenes.rig.speed_bound import speed_bound
+from scenes.rig.rigged_prototype import speed_bound
 from scenes.world.view import view_at
 from scenes.world.world import build_world
 

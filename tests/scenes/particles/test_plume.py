@@ -13,7 +13,7 @@ from lod.shapes import StickTable, Triangles
 from lod.view import View
 from scenes.particles.kinds import FLAMES, KINDS, PARTICLES_PER_BALL, SMOKE
 from scenes.particles.plume import Plume
-from scenes.sticks.outline_area import directions, mean_area
+from scenes.sticks.areas import directions, mean_area
 from tests.scenes.particles.levels import drawn, level
 
 HOME = Corner(0, 0)

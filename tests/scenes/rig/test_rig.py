@@ -1,3 +1,5 @@
+"""."""
+
 from dataclasses import replace
 
 import numpy as np
@@ -10,15 +12,19 @@ from scipy.spatial.transform import Rotation
 from bench.experiments.figure.posing_kernels import placed_by_matrices, placed_by_quaternions
 from lod.arrays import frozen
 from lod.errors import InputError
-from scenes.gait.gait import KEYS
-from scenes.models.people.people import child_sizes, human_tables, people_at_rest, standing_people
-from scenes.models.people.walking import walking_people
+from scenes.figures.gait import KEYS
+from scenes.figures.person import (
+    child_sizes,
+    human_tables,
+    people_at_rest,
+    standing_people,
+    walking_people,
+)
 from scenes.rig import foot_placement, pose
 from scenes.rig.foot_placement import Placements, place_on_ground
-from scenes.rig.pose import pose_points
-from scenes.rig.pose_tables import PoseTables
-from scenes.rig.reach_bound import reach_bound
+from scenes.rig.pose import PoseTables, pose_points
 from scenes.rig.rig import Rig, RiggedSticks
+from scenes.rig.rigged_prototype import reach_bound
 from scenes.rig.rotations import (
     from_euler,
     inverse,
@@ -27,8 +33,8 @@ from scenes.rig.rotations import (
     rotate_vectors,
     to_euler,
 )
-from scenes.sticks.outline_area import largest_area
-from tests.scenes.rig.motion_phase import at_phase, motion_at
+from scenes.sticks.areas import largest_area
+from tests.scenes.figures.motion_phase import at_phase, motion_at
 
 seeds = st.integers(0, 2**32 - 1)
 

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from lod.shapes import Mesh, MeshTable, StickTable
-from scenes.sticks.outline_area import directions
-from scenes.sticks.ray_grid import NOTHING, intersect_ray, make_grids, normal_at
+from scenes.appearance.ray_grid import NOTHING, intersect_ray, make_grids, normal_at
+from scenes.appearance.visible_area import visible_areas
+from scenes.sticks.areas import directions
 from scenes.sticks.shapes import Shapes
-from scenes.sticks.visible_area import visible_areas
 
 X, Z = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
 

@@ -11,7 +11,7 @@ from lod.errors import InputError
 from lod.eye import CONTRAST_CLASSES
 from lod.pruner import prune
 from lod.view import distance
-from scenes.sticks.contrast import GROUND_CONTRAST
+from scenes.sticks.prototype import GROUND_CONTRAST
 from scenes.terrain.mesh import MOST_COARSER, QUADS, lattice_mesh
 from scenes.terrain.quadtree import SIDES, Patches, balance, morton, uncovered_quarters
 from scenes.terrain.terrain import SAMPLES, Terrain, height_samples

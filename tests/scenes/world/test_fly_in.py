@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from lod.pruner import prune
-from scenes.models.people.people import human_tables
+from scenes.figures.person import human_tables
 from scenes.preset.load import load_preset
 from scenes.world.view import view_at
 from scenes.world.world import build_world

@@ -16,9 +16,9 @@ from lod.arrays import Reals, freeze
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.layers import SKY_Z
 from scenes.preset.tables import Preset
-from scenes.render.pictures.tone_map import auto_exposure, to_srgb
+from scenes.render.pictures import auto_exposure, to_srgb
 from scenes.render.pipeline.stages import build_frame, trace
-from scenes.sticks.contrast import LUMINANCE
+from scenes.sticks.prototype import LUMINANCE
 
 REFERENCE, TESTED, LIGHT = 0, 1000, 2000
 """First frame numbers of samples: pictures of the reference and of what is tested have others.

@@ -1,1 +1,0 @@
-"""Ways to thin a world before it is rendered, which the experiment `rivals` compares."""

@@ -1,1 +1,0 @@
-"""Programs of others that measure beside us, each in an environment of its own."""

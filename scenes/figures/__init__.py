@@ -1,0 +1,1 @@
+"""This package has people and animals: their files, bodies, gaits and patrols."""

@@ -1,0 +1,265 @@
+"""What people vary in: stature, build, and the tints of skin, hair and clothes.
+
+Who stands in a crowd: posable adults and children, with limits of their joints.
+
+A person is written as an animal is: ``person.toml`` holds skeleton, sticks, limits and gait, and
+says where they are from.
+
+Children: the head takes up a larger share of the stature and the legs a smaller one. Head 1/6 at
+six years and 1/7 at twelve against 1/7.7 in the tables (Stratz, "Der Körper des Kindes", 1909;
+Medawar, "Size, shape and age", 1945); sitting height 0.55 and 0.525 of stature against 0.52
+(Bogin & Varela-Silva, "Leg length, body proportion, and health", Int. J. Environ. Res. Public
+Health 7:1047, 2010).
+
+How people walk, each with a gait of their own.
+
+After Perry & Burnfield, "Gait Analysis" (2nd ed. 2010), and Winter, "Biomechanics and Motor Control
+of Human Movement" (4th ed. 2009): the pelvis turns 5° and lists 3° to each side, the chest turns
+against it, the head stays. Arms swing against the legs; ``person.toml`` says how these move.
+"""
+
+from dataclasses import dataclass, replace
+from functools import cache, lru_cache
+from importlib import resources
+
+import numpy as np
+
+from lod.errors import InputError
+from scenes.figures.anatomy import Anatomy, Build, Rod, build_prototype
+from scenes.figures.animal_file import AnimalTables, load_animal
+from scenes.figures.gait import AXES, Gait, Wave, with_gait
+from scenes.rig.rigged_prototype import RiggedPrototype
+from scenes.sticks.prototype import Prototype
+
+SKINS = (
+    (0.60, 0.38, 0.27),
+    (0.52, 0.31, 0.20),
+    (0.38, 0.21, 0.13),
+    (0.24, 0.13, 0.08),
+    (0.12, 0.065, 0.04),
+)
+HAIRS = (
+    (0.018, 0.014, 0.012),
+    (0.055, 0.032, 0.020),
+    (0.14, 0.075, 0.035),
+    (0.34, 0.23, 0.11),
+    (0.30, 0.29, 0.28),
+)
+CLOTHES = (
+    (0.62, 0.60, 0.55),  # linen
+    (0.42, 0.06, 0.05),  # madder
+    (0.05, 0.11, 0.30),  # indigo
+    (0.09, 0.20, 0.24),  # petrol
+    (0.52, 0.33, 0.06),  # ochre
+    (0.16, 0.19, 0.10),  # olive
+    (0.06, 0.06, 0.07),  # charcoal
+    (0.25, 0.19, 0.13),  # brown
+)
+HAIR_OF_SKIN = ((0, 1, 2, 3, 4), (0, 1, 2, 4), (0, 1, 4), (0, 1, 4), (0, 4))
+TOPS = (0, 1, 2, 3, 4, 5)
+BOTTOMS = (2, 6, 7, 5, 0)
+
+
+@dataclass(frozen=True)
+class Person:
+    """One person. Lengths are factors on those of ``skeleton``, stature in metres.
+
+    materials: linear albedo of every material that the tables name.
+    """
+
+    stature: float
+    girth: float
+    shoulders: float
+    hips: float
+    bust: bool
+    long_hair: bool
+    materials: dict[str, tuple[float, float, float]]
+
+
+def random_adult(rng: np.random.Generator) -> Person:
+    """Draw an adult; mean statures are after NCD-RisC (eLife 5:e13410, 2016), rounded."""
+    woman = bool(rng.random() < 0.5)
+    stature = rng.normal(1.63 if woman else 1.76, 0.06)
+    return Person(
+        stature=float(np.clip(stature, 1.48, 1.96)),
+        girth=float(np.clip(rng.normal(1.0, 0.06), 0.90, 1.15)),
+        shoulders=float(rng.normal(0.94 if woman else 1.02, 0.02)),
+        hips=float(rng.normal(1.05 if woman else 0.99, 0.02)),
+        bust=woman,
+        long_hair=bool(rng.random() < (0.75 if woman else 0.08)),
+        materials=_materials(rng),
+    )
+
+
+def _materials(rng: np.random.Generator) -> dict[str, tuple[float, float, float]]:
+    tone = int(rng.integers(len(SKINS)))
+    skin, hair = SKINS[tone], HAIRS[rng.choice(HAIR_OF_SKIN[tone])]
+    top, bottom = CLOTHES[rng.choice(TOPS)], CLOTHES[rng.choice(BOTTOMS)]
+    short_sleeves, shorts = rng.random() < 0.5, rng.random() < 0.25
+    return {
+        "skin": skin,
+        "hair": hair,
+        "top": top,
+        "sleeve": skin if short_sleeves else top,
+        "bottom": bottom,
+        "shin": skin if shorts else bottom,
+        "eye": (0.02, 0.015, 0.012),
+        "lip": tuple(np.round(np.multiply(skin, (0.85, 0.55, 0.55)), 4).tolist()),
+    }
+
+
+BUST = (Rod("chest", (0.010, 0.034, 0.032), (0.019, 0.037, 0.008), 0.046, 0.042, "top", True),)
+LONG_HAIR = (
+    Rod("head", (-0.022, 0.022, 0.055), (-0.034, 0.030, -0.030), 0.0320, 0.0220, "hair", True),
+    Rod("head", (-0.034, 0, 0.040), (-0.044, 0, -0.045), 0.0330, 0.0240, "hair"),
+)
+
+_HEAD, _LEG = 0.13, 0.525
+"""Shares of stature in the tables: chin to crown, and sole to hip."""
+
+
+@cache
+def human_tables() -> AnimalTables:
+    """Return the tables of people: anatomy, rest pose, limits, and the gait of their legs."""
+    return load_animal(resources.files("scenes.figures") / "person.toml")
+
+
+def person_build(who: Person, age: float | None = None) -> Build:
+    """Say how this person differs from the tables; ``age`` is None for an adult, else in years."""
+    shape = {"shoulder": who.shoulders, "hip": who.hips}
+    return Build(who.stature, who.materials, who.girth, shape, child_sizes(age) if age else {})
+
+
+def child_sizes(age: float) -> dict[str, float]:
+    """Return the factors on lengths in the frames of joints, for a child of 4 to 16 years."""
+    head = np.interp(age, (4, 6, 12, 16), (1 / 5.5, 1 / 6, 1 / 7, _HEAD))
+    sitting = np.interp(age, (4, 6, 12, 16), (0.565, 0.55, 0.525, 0.52))
+    leg = _LEG * (1 - sitting) / (1 - 0.52)
+    whole = (1 - _HEAD - _LEG) / (1 - head - leg)
+    skull, shank = float(head * whole / _HEAD), float(leg * whole / _LEG)
+    toes = human_tables().gait.legs[0].toes
+    return {
+        **dict.fromkeys(("head", "eye", "ear", "nose", "mouth"), skull),
+        **dict.fromkeys(("hip", "knee", "ankle", *toes), shank),
+    }
+
+
+def person_anatomy(who: Person) -> Anatomy:
+    """Return the tables of people, with bust and long hair where this person has them."""
+    tables = human_tables().anatomy
+    more = {"chest": BUST if who.bust else (), "cranium": LONG_HAIR if who.long_hair else ()}
+    own = {name: tables.parts[name] for name in more}
+    worn = {name: part._replace(body=(*part.body, *more[name])) for name, part in own.items()}
+    return replace(tables, parts={**tables.parts, **worn})
+
+
+@lru_cache(maxsize=16)
+def people_at_rest(seed: int, count: int, children: float = 0.2) -> tuple[RiggedPrototype, ...]:
+    """Make ``count`` people at rest, a share of them children; the k-th follows from seed and k.
+
+    Raises InputError for a count below 1 or a share outside 0 to 1.
+    """
+    if count < 1:
+        raise InputError("species.figure.prototypes", count, "at least one prototype")
+    if not 0 <= children <= 1:
+        raise InputError("species.figure.children", children, "a share, 0 to 1")
+    return tuple(_random_person(seed, k, children) for k in range(count))
+
+
+@lru_cache(maxsize=16)
+def standing_people(seed: int, count: int) -> tuple[Prototype, ...]:
+    """Make ``count`` adults in the one pose of figs 1 and 2; the k-th follows from seed and k.
+
+    The origin of a person (and of its torso) is the pelvis; every other part's is the joint at its
+    near end. The person faces +x, both soles on z = 0. P, R and B hold for every pose.
+    """
+    return tuple(person.posed() for person in people_at_rest(seed, count, children=0.0))
+
+
+def _random_person(seed: int, k: int, children: float) -> RiggedPrototype:
+    rng = np.random.Generator(np.random.Philox(np.random.SeedSequence((seed, 0xF16, k))))
+    who, age = random_adult(rng), None
+    if rng.random() < children:
+        age = float(rng.uniform(5.0, 12.0))
+        who = _as_child(who, age, rng)
+    return build_prototype(f"figure {k}", person_anatomy(who), person_build(who, age))
+
+
+def _as_child(who: Person, age: float, rng: np.random.Generator) -> Person:
+    """The person as a child. Median statures: CDC growth charts (2000), rounded; spread 4.5 %."""
+    median = np.interp(age, (4, 6, 8, 10, 12), (1.02, 1.15, 1.28, 1.385, 1.50))
+    stature = float(median * np.clip(rng.normal(1.0, 0.045), 0.9, 1.1))
+    return replace(who, stature=stature, bust=False, shoulders=0.93, hips=0.95)
+
+
+def walking_gait(
+    froude: float = 0.22,
+    swing: float = 20.0,
+    elbow: float = 24.0,
+    lean: float = 2.0,
+    spread: float = 0.055,
+    nod: float = 0.0,
+) -> Gait:
+    """Make a gait of a person.
+
+    swing  of the arms to each side; elbow, lean, nod: how bent [degrees]
+    froude  speed²/(g·hip height); spread: of the feet from the middle [shares of hip height]
+    """
+    gait = human_tables().gait
+    legs, waves = (replace(gait.legs[0], spread=spread),), _waves(swing, elbow, lean, nod)
+    return replace(gait, legs=legs, waves=waves, froude=froude)
+
+
+def _waves(swing: float, elbow: float, lean: float, nod: float) -> tuple[Wave, ...]:
+    x, y, z = AXES
+    return (
+        Wave("", y, 0.016, peak=0.31),  # over the foot that stands
+        Wave("", z, 0.024, cycles=2, peak=0.50),  # highest in mid-stance
+        Wave("pelvis", z, -5.0, peak=0.02),
+        Wave("pelvis", x, 3.0, peak=0.20),
+        Wave("pelvis", y, 0.0, mean=lean),
+        Wave("waist", z, 5.0, peak=0.02),
+        Wave("waist", x, -2.0, peak=0.20),
+        Wave("chest", z, 4.0, peak=0.02),
+        Wave("chest", x, -1.5, peak=0.20),
+        Wave("chest", y, 0.0, mean=lean),
+        Wave("neck", z, -2.0, peak=0.02),
+        Wave("neck", y, 0.0, mean=nod - lean),
+        Wave("head", z, -2.0, peak=0.02),
+        Wave("head", x, 0.5, peak=0.20),
+        Wave("head", y, 1.0, cycles=2, peak=0.50, mean=nod - lean),
+        Wave("shoulder", y, swing, peak=0.02, mean=4.0),
+        Wave("shoulder", x, 0.0, mean=7.0),
+        Wave("elbow", y, -0.5 * elbow, peak=0.55, mean=-elbow),
+        Wave("wrist", x, 3.0, peak=0.1, mean=-6.0),
+    )
+
+
+def random_gait(rng: np.random.Generator, child: bool = False) -> Gait:
+    """Draw a random gait of one person: speed, arms, bearing.
+
+    The stride is the longest of all who walk with this gait: theirs (``patrol.stride_factors``)
+    have 0.74 of its Froude number on average. People out walking are then near Froude 0.21 or
+    1.35 m/s: adults up to 69 years choose 1.24 (women over 60) to 1.43 m/s (men in their forties;
+    Bohannon & Andrews, "Normal walking speed: a descriptive meta-analysis", Physiotherapy 97:182,
+    2011).
+    """
+    return walking_gait(
+        froude=float(np.clip(rng.normal(0.28, 0.04), 0.18, 0.36)),
+        swing=float(rng.uniform(12.0, 26.0) * (1.15 if child else 1.0)),
+        elbow=float(rng.uniform(12.0, 34.0)),
+        lean=float(rng.uniform(0.5, 3.5)),
+        spread=float(rng.uniform(0.04, 0.075)),
+        nod=float(rng.uniform(-3.0, 6.0)),
+    )
+
+
+def walking_people(people: tuple[RiggedPrototype, ...], seed: int) -> tuple[RiggedPrototype, ...]:
+    """Give each of the people a gait of their own; the k-th depends on the seed and k only."""
+    styles = (
+        random_gait(
+            np.random.Generator(np.random.Philox(np.random.SeedSequence((seed, 0x3A17, k))))
+        )
+        for k in range(len(people))
+    )
+    return tuple(with_gait(who, gait) for who, gait in zip(people, styles, strict=True))

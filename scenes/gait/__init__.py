@@ -1,1 +1,0 @@
-"""This package says how objects walk: gaits, paths of their feet, and patrols."""

@@ -1,0 +1,1 @@
+"""This package grows a sward: tufts of blades, seed heads and flowers."""

@@ -1,0 +1,1 @@
+"""This package reads models of other people, glTF and USD, and makes prototypes of them."""

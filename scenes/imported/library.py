@@ -1,0 +1,195 @@
+"""An imported model as one file of this program's own: plain arrays, nothing that could be run.
+
+Reading the scene files that a user brings, and keeping them as models by name.
+
+Which model does a preset mean: its file or its name, held against the hash of what was meant.
+"""
+
+import io
+import json
+import zipfile
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lod.errors import InputError
+from lod.shapes import MeshTable
+from scenes.imported.gltf import read_gltf
+from scenes.imported.part_tree import PartTree, build_tree, read_sidecar
+from scenes.imported.usd import read_usd
+from scenes.model_files.names import (
+    SUFFIXES,
+    built_in_names,
+    is_model_file,
+    user_model_names,
+    user_model_path,
+)
+from scenes.processes.cache import kept
+
+FORMAT = 1
+"""Version of the file; one of another version is refused."""
+
+_MESH = ("first_vertex", "first_face", "vertices", "normals", "colours", "faces")
+_OWN = ("parent", "level", "frame", "axis", "turns", "swing")
+
+
+def pack(tree: PartTree) -> bytes:
+    """Write a model as the bytes of a .npz archive."""
+    said = {"format": FORMAT, "names": tree.names, "period": tree.period}
+    about = np.frombuffer(json.dumps(said).encode(), np.uint8)
+    out = io.BytesIO()
+    columns: dict[str, Any] = {"about": about, **tree.columns()}
+    np.savez_compressed(out, **columns)
+    return out.getvalue()
+
+
+def unpack(data: bytes, where: str) -> PartTree:
+    """Read a model from such bytes. Raises InputError where they are none: ``where`` names them."""
+    try:
+        with np.load(io.BytesIO(data), allow_pickle=False) as found:
+            said = json.loads(found["about"].tobytes())
+            if said["format"] != FORMAT:
+                rule = f"format {FORMAT} of an imported model"
+                raise InputError(where, f"format {said['format']}", rule, "add it again")
+            meshes = MeshTable(*(found[name] for name in _MESH))
+            own = {name: found[name] for name in _OWN}
+            return PartTree(names=tuple(said["names"]), meshes=meshes, **own, period=said["period"])
+    except (KeyError, OSError, EOFError, TypeError, zipfile.BadZipFile) as error:
+        rule = f"an imported model ({type(error).__name__})"
+        raise InputError(where, f"{len(data)} bytes", rule, "add it again") from None
+    except ValueError as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(where, f"{len(data)} bytes", "an imported model", "add it again") from None
+
+
+def read_compiled(path: Path) -> PartTree:
+    """Read a model from such a file."""
+    return unpack(path.read_bytes(), str(path))
+
+
+_GLTF = (".gltf", ".glb")
+
+
+_CURE = "mend it in the program that made the scene, and export it again"
+
+
+def read_model(path: Path) -> PartTree:
+    """Read a scene file and the table beside it; raises InputError for all that is wrong."""
+    try:
+        return _read_model(path)
+    except InputError as error:
+        if error.cure:
+            raise
+        raise InputError(error.where, error.arrived, error.rule, _CURE) from None
+
+
+def _read_model(path: Path) -> PartTree:
+    where = str(path)
+    if not is_model_file(where):
+        rule = f"a file that ends in {', '.join(SUFFIXES)}"
+        raise InputError(where, path.suffix, rule, "export the scene as one of these")
+    try:
+        if not path.is_file():
+            rule = "the path of a file that is there"
+            raise InputError(where, path.name, rule, "see how it is spelt")
+        if path.stat().st_size == 0:
+            raise InputError(where, "0 bytes", "a scene file", "it is empty: export it again")
+        sidecar = read_sidecar(path)
+        read = read_gltf if path.suffix.lower() in _GLTF else read_usd
+        nodes = read(path, sidecar)
+    except ModuleNotFoundError as error:
+        rule, cure = f"needs {error.name}", "pip install 'lodbench[models]'"
+        raise InputError(where, path.suffix, rule, cure) from None
+    except OSError as error:
+        raise InputError(where, path.name, "a file that can be read", str(error.strerror)) from None
+    return build_tree(path.name, nodes, sidecar)
+
+
+def user_model(name: str) -> PartTree:
+    """Read a model that the user has added. Raises InputError where there is none."""
+    path = user_model_path(name)
+    if not path.is_file():
+        rule = f"a model that was added: {', '.join(user_model_names()) or 'none was'}"
+        raise InputError("NAME", name, rule, "see `lodbench model list`")
+    return read_compiled(path)
+
+
+def keep_model(name: str, tree: PartTree, overwrite: bool) -> Path:
+    """Keep a model under a name. Raises InputError for a name that is taken."""
+    path = user_model_path(name)
+    if name in built_in_names():
+        raise InputError("NAME", name, "a name that no built-in model has", "say --name")
+    if path.exists() and not overwrite:
+        raise InputError("NAME", name, "a new name", "say --overwrite, or another --name")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    part = path.with_suffix(".part")
+    part.write_bytes(pack(tree))
+    part.replace(path)
+    return path
+
+
+def remove_model(name: str) -> None:
+    """Remove a model that the user has added, and its picture; raises InputError without one."""
+    path = user_model_path(name)
+    if not path.is_file():
+        user_model(name)
+    path.unlink()
+    path.with_suffix(".png").unlink(missing_ok=True)
+
+
+def model_digest(where: str, model: str, folder: Path, expected: str | None) -> str:
+    """Find the model that a preset in ``folder`` names, and return its SHA-256 in hexadecimal.
+
+    What was read is kept in the cache, where other processes of this user find it by that hash.
+    ``expected`` is what the preset says that the hash is. Raises InputError where it is another's,
+    and where there is no such model: ``where`` names the key.
+    """
+    path = folder / model
+    if is_model_file(model) and (path.exists() or expected is None):
+        tree = read_model(path)
+    elif expected is not None and (is_model_file(model) or model not in user_model_names()):
+        return model_by_digest(where, model, expected).digest
+    else:
+        tree = user_model(model)
+    found = tree.digest
+    if expected not in (None, found):
+        rule = f"the model whose SHA-256 is {expected[:12]}… (this is {found[:12]}…)"
+        raise InputError(where, model, rule, "bring that back, or take model_sha256 out")
+    _kept(found, tree)
+    return found
+
+
+@lru_cache(maxsize=32)
+def model_by_digest(where: str, model: str, digest: str) -> PartTree:
+    """Return the model of that hash: one that was added by that name, or read here before.
+
+    Raises InputError where this machine has none.
+    """
+    if model in user_model_names():
+        tree = user_model(model)
+        if tree.digest == digest:
+            return tree
+    return _kept(
+        digest,
+        InputError(
+            where,
+            model,
+            f"the model whose SHA-256 is {digest[:12]}…, which is not on this machine",
+            "bring it by `lodbench model add`",
+        ),
+    )
+
+
+def _kept(digest: str, tree: PartTree | InputError) -> PartTree:
+    """The model of that hash from the cache; an error is raised where it is not there."""
+
+    def make() -> dict[str, np.ndarray]:
+        if isinstance(tree, InputError):
+            raise tree
+        return {"model": np.frombuffer(pack(tree), np.uint8)}
+
+    found = kept("models", digest, make, ("scenes.imported",))
+    return unpack(found["model"].tobytes(), digest)

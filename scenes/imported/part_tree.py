@@ -1,0 +1,483 @@
+"""The parts of an imported model: its node tree with a mesh for every end, and what may be said of
+each node.
+
+What is said of a model's nodes beyond their meshes: named attributes, and a table beside it.
+
+A file's own attributes are named ``lod:level``, ``lod:albedo``, ``lod:axis``, ``lod:turns`` and
+``lod:swing``. ``oak.usda.toml`` beside ``oak.usda`` says the same of nodes by their paths, and the
+unit and the period of the whole; what it says goes before the file's own.
+
+From the nodes of a scene file to the parts of a model, checked by the names of nodes.
+
+From the corners of a foreign mesh to one that can be measured and rendered.
+"""
+
+import hashlib
+import io
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+from PIL import Image
+from pydantic import BaseModel, Field, ValidationError
+
+from lod.arrays import ArrayData, FloatArray, IntArray
+from lod.errors import InputError
+from lod.shapes import Mesh, MeshTable, triangle_areas
+from scenes.model_files.parameter_file import CLOSED, read_model_file
+
+MOST_NODES, MOST_TRIANGLES = 50_000, 2_000_000
+"""Nodes and triangles of one model at most: what a process can hold, prune and measure."""
+
+SMALLEST_M, LARGEST_M = 1e-3, 1e4
+"""Sides of the box about a model, the longest of them, from a pebble's to a mountain's [m]."""
+
+
+@dataclass(frozen=True)
+class NodeSettings:
+    """What a file, or the table beside it, says of a node beyond its place and its mesh.
+
+    level   detail level; None = one more than that of the node above
+    albedo  linear Rec.709 albedo of all below it, 0 to 1; None = that of its materials
+    axis    about which it turns, in its own frame; None = it does not turn
+    turns   whole turns about the axis in one period of the model
+    swing   it swings by so many degrees to either side, once in a period, and makes no turns
+    """
+
+    level: int | None = None
+    albedo: tuple[float, float, float] | None = None
+    axis: tuple[float, float, float] | None = None
+    turns: int = 1
+    swing: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Node:
+    """A node of a scene file, in the object's frame: metres, z up, x the way it faces.
+
+    name    of the node alone; parent: number of the node above in their list, −1 for none
+    frame   (4, 4) object from node; mesh: in the object's frame, None where it has none
+    """
+
+    name: str
+    parent: int
+    frame: np.ndarray
+    mesh: Mesh | None
+    settings: NodeSettings
+
+
+@dataclass(frozen=True, eq=False)
+class PartTree(ArrayData):
+    """The parts of a model, wholes before parts; every part without parts has a mesh.
+
+    names   (n) path of each from the whole, with / between
+    parent  (n,) part that owns each, −1 for the whole; level (n,) detail level
+    frame   (n, 4, 4) object from part
+    meshes  in the object's frame
+    axis (n, 3), turns (n,), swing (n,)  as in NodeSettings, in the part's frame; a zero axis turns
+            not
+    period  of all that turns [s]
+    """
+
+    names: tuple[str, ...]
+    parent: IntArray
+    level: IntArray
+    frame: FloatArray
+    meshes: MeshTable
+    axis: FloatArray
+    turns: IntArray
+    swing: FloatArray
+    period: float = 4.0
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+    @property
+    def turning(self) -> bool:
+        """Tell whether anything of it turns or swings."""
+        return bool(np.any(self.axis))
+
+    @property
+    def digest(self) -> str:
+        """Compute the SHA-256 of all that decides how the model looks, in hexadecimal."""
+        found = hashlib.sha256(json.dumps((self.names, self.period)).encode())
+        for name, column in self.columns().items():
+            found.update(f"{name} {column.shape}".encode())
+            found.update(column.astype(f"<{column.dtype.kind}8").tobytes())
+        return found.hexdigest()
+
+    def columns(self) -> dict[str, np.ndarray]:
+        """Return every array of the tree by name, those of its meshes too."""
+        own = ("parent", "level", "frame", "axis", "turns", "swing")
+        meshes = ("first_vertex", "first_face", "vertices", "normals", "colours", "faces")
+        columns = {name: getattr(self, name) for name in own}
+        return columns | {name: getattr(self.meshes, name) for name in meshes}
+
+
+def check_size(where: str, meshes: MeshTable, cure: str) -> None:
+    """Raise InputError for a model so small or so large that its units must be wrong."""
+    low, high = meshes.vertices.min(axis=0), meshes.vertices.max(axis=0)
+    longest = float((high - low).max())
+    if not SMALLEST_M <= longest <= LARGEST_M:
+        rule = f"a model is {SMALLEST_M:g} to {LARGEST_M:g} m long"
+        raise InputError(where, f"{longest:.3g} m", rule, cure)
+    farthest = float(np.abs(meshes.vertices).max())
+    if farthest > 2 * LARGEST_M:
+        rule = f"a model stands within {2 * LARGEST_M:g} m of its origin"
+        raise InputError(where, f"{farthest:.3g} m", rule, "move it to the origin")
+
+
+PREFIX = "lod:"
+
+_Unit = Annotated[float, Field(ge=-1e6, le=1e6)]
+_Share = Annotated[float, Field(ge=0, le=1)]
+
+
+class NodeTable(BaseModel):
+    """What a table says of one node, as NodeSettings."""
+
+    model_config = CLOSED
+
+    level: Annotated[int, Field(ge=0, le=64)] | None = None
+    albedo: tuple[_Share, _Share, _Share] | None = None
+    axis: tuple[_Unit, _Unit, _Unit] | None = None
+    turns: Annotated[int, Field(ge=-64, le=64)] = 1
+    swing: Annotated[float, Field(ge=0, le=170)] = 0.0
+
+
+class Sidecar(BaseModel):
+    """The table beside a model.
+
+    metres_per_unit  of the file's lengths; absent: what the file says itself [m]
+    period           of all that turns or swings [s]
+    parts            of nodes by their paths
+    """
+
+    model_config = CLOSED
+
+    metres_per_unit: Annotated[float, Field(gt=0, le=1e6)] | None = None
+    period: Annotated[float, Field(ge=0.01, le=1e6)] = 4.0
+    parts: dict[str, NodeTable] = Field(default_factory=dict)
+
+
+def read_sidecar(model: Path) -> Sidecar:
+    """Read the table beside a model; an empty one where there is none."""
+    file = model.with_name(f"{model.name}.toml")
+    return read_model_file(file, Sidecar, {}) if file.is_file() else Sidecar()
+
+
+def node_settings(where: str, attributes: Mapping[str, Any]) -> NodeSettings:
+    """Read the settings of a node from the attributes of its file; others are not looked at."""
+    ours = {
+        name.rpartition(PREFIX)[2]: value for name, value in attributes.items() if PREFIX in name
+    }
+    if not ours:
+        return NodeSettings()
+    try:
+        table = NodeTable.model_validate_json(_as_json(where, ours))
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        key = ".".join(map(str, first["loc"]))
+        raise InputError(f"{where} {PREFIX}{key}", first["input"], first["msg"]) from None
+    return settings_of(table)
+
+
+def settings_of(table: NodeTable) -> NodeSettings:
+    """Return what a table says as the settings of a node."""
+    return NodeSettings(**table.model_dump())
+
+
+def _as_json(where: str, values: Mapping[str, Any]) -> str:
+    try:
+        return json.dumps(values)
+    except (TypeError, ValueError) as error:
+        raise InputError(where, "attributes", f"plain numbers and lists ({error})") from None
+
+
+def build_tree(source: str, nodes: Sequence[Node], sidecar: Sidecar) -> PartTree:
+    """Make the parts of a model from its nodes, those above before those below.
+
+    A node with a mesh and nodes below it has its mesh as a part of its own. A node with nothing but
+    one node below is one part with that. Several topmost nodes become parts of one whole.
+
+    source: what errors call the file. Raises InputError that names the node and the rule.
+    """
+    check_node_count(source, len(nodes))
+    if not any(node.mesh is not None for node in nodes):
+        raise InputError(source, "no meshes", "the ends of a model are meshes", "add one")
+    nodes = _one_whole(nodes)
+    paths = node_paths(nodes)
+    said = _settings(source, nodes, paths, sidecar)
+    nodes, paths, said = _own_parts(nodes, paths, said)
+    _refuse_empty(source, nodes, paths)
+    rows = _kept(nodes, said)
+    return _tree(source, nodes, paths, said, rows, sidecar.period)
+
+
+def check_node_count(source: str, count: int) -> None:
+    """Raise InputError for more nodes than a model may have."""
+    if count > MOST_NODES:
+        cure = "join meshes that are never seen apart"
+        raise InputError(source, f"{count} nodes", f"a model has at most {MOST_NODES} nodes", cure)
+
+
+def check_triangle_count(source: str, count: int) -> None:
+    """Raise InputError for more triangles than a model may have, before any is read."""
+    if count > MOST_TRIANGLES:
+        rule = f"a model has at most {MOST_TRIANGLES} triangles"
+        raise InputError(source, f"{count} triangles", rule, "decimate its meshes")
+
+
+def node_paths(nodes: Sequence[Node]) -> list[str]:
+    """Name every node by the names from the whole to it; namesakes are numbered from 2."""
+    paths: list[str] = []
+    seen: dict[str, int] = {}
+    for node in nodes:
+        lead = f"{paths[node.parent]}/" if node.parent >= 0 else ""
+        path = f"{lead}{node.name.replace('/', '|')}"
+        seen[path] = seen.get(path, 0) + 1
+        paths.append(path if seen[path] == 1 else f"{path} ({seen[path]})")
+    return paths
+
+
+def _one_whole(nodes: Sequence[Node]) -> list[Node]:
+    """The nodes below one topmost node, which is made where there are several."""
+    if sum(node.parent < 0 for node in nodes) == 1:
+        return list(nodes)
+    whole = Node("whole", -1, np.eye(4), None, NodeSettings())
+    return [whole, *(replace(node, parent=node.parent + 1) for node in nodes)]
+
+
+def _settings(
+    source: str, nodes: Sequence[Node], paths: Sequence[str], sidecar: Sidecar
+) -> list[NodeSettings]:
+    """What is said of every node; the albedo of a node holds below it, too."""
+    unknown = sidecar.parts.keys() - set(paths)
+    if unknown:
+        where = f"{source}.toml: parts.{min(unknown)}"
+        some = ", ".join(list(paths)[:4])
+        raise InputError(where, "no such node", "the path of a node", f"as {some} …")
+    said: list[NodeSettings] = []
+    for node, path in zip(nodes, paths, strict=True):
+        own = settings_of(sidecar.parts[path]) if path in sidecar.parts else node.settings
+        if own.axis is not None and not np.any(own.axis):
+            raise InputError(f"{source}: {path} axis", own.axis, "not zero", "try [0, 0, 1]")
+        if own.albedo is None and node.parent >= 0:
+            own = replace(own, albedo=said[node.parent].albedo)
+        said.append(own)
+    return said
+
+
+def _own_parts(
+    nodes: Sequence[Node], paths: Sequence[str], said: Sequence[NodeSettings]
+) -> tuple[list[Node], list[str], list[NodeSettings]]:
+    """Nodes that have a mesh or nodes below, and not both: such a mesh is a node of its own."""
+    inner = {node.parent for node in nodes}
+    more = [
+        (replace(node, name="mesh", parent=row), f"{paths[row]} mesh")
+        for row, node in enumerate(nodes)
+        if row in inner and node.mesh is not None
+    ]
+    own = [replace(node, mesh=None) if row in inner else node for row, node in enumerate(nodes)] + [
+        node for node, _ in more
+    ]
+    settings = [*said, *(NodeSettings(albedo=said[node.parent].albedo) for node, _ in more)]
+    return own, [*paths, *(path for _, path in more)], settings
+
+
+def _refuse_empty(source: str, nodes: Sequence[Node], paths: Sequence[str]) -> None:
+    inner = {node.parent for node in nodes}
+    for row, node in enumerate(nodes):
+        if node.mesh is None and row not in inner:
+            rule = "every node has a mesh or nodes below it"
+            raise InputError(f"{source}: node {paths[row]}", "empty", rule, "take it out")
+
+
+def _kept(nodes: Sequence[Node], said: Sequence[NodeSettings]) -> list[int]:
+    """Rows of the nodes that become parts, wholes before parts: all but those that have one node
+    below and nothing else, of which that takes the place."""
+    below = np.bincount([node.parent for node in nodes if node.parent >= 0], minlength=len(nodes))
+    depth: dict[int, int] = {}
+
+    def depth_of(row: int) -> int:
+        chain = []
+        while row >= 0 and row not in depth:
+            chain.append(row)
+            row = nodes[row].parent
+        for each in reversed(chain):
+            depth[each] = depth.get(nodes[each].parent, -1) + 1
+        return depth[chain[0]] if chain else depth[row]
+
+    order = sorted(range(len(nodes)), key=depth_of)
+    return [row for row in order if below[row] != 1 or said[row].axis is not None]
+
+
+def _tree(
+    source: str,
+    nodes: Sequence[Node],
+    paths: Sequence[str],
+    said: Sequence[NodeSettings],
+    rows: Sequence[int],
+    period: float,
+) -> PartTree:
+    """The parts that stand in ``rows`` of the nodes."""
+    number = {row: part for part, row in enumerate(rows)}
+    parent: list[int] = []
+    level: list[int] = []
+    for row in rows:
+        above = nodes[row].parent
+        while above >= 0 and above not in number:
+            above = nodes[above].parent
+        parent.append(number[above] if above >= 0 else -1)
+        least = level[parent[-1]] if parent[-1] >= 0 else 0
+        asked = said[row].level
+        if asked is not None and (asked < least or (parent[-1] < 0 and asked > 0)):
+            where, rule = f"{source}: node {paths[row]} level", f"at least {least}, its whole's"
+            raise InputError(where, asked, rule if parent[-1] >= 0 else "0 for the whole")
+        level.append(asked if asked is not None else (least + 1 if parent[-1] >= 0 else 0))
+    meshes = MeshTable.of([_coloured(nodes[row].mesh, said[row]) for row in rows])
+    check_triangle_count(source, len(meshes))
+    check_size(source, meshes, "mend the file's unit, or say metres_per_unit in FILE.toml")
+    own: Mapping[str, np.ndarray] = {
+        "axis": np.array([said[row].axis or (0.0, 0.0, 0.0) for row in rows]),
+        "turns": np.array([0 if said[row].swing else said[row].turns for row in rows]),
+        "swing": np.array([said[row].swing for row in rows]),
+    }
+    return PartTree(
+        tuple(paths[row] for row in rows),
+        np.array(parent),
+        np.array(level),
+        np.array([nodes[row].frame for row in rows]),
+        meshes,
+        **own,
+        period=period,
+    )
+
+
+def _coloured(mesh: Mesh | None, said: NodeSettings) -> Mesh | None:
+    if mesh is None or said.albedo is None:
+        return mesh
+    return replace(mesh, colours=np.tile(said.albedo, (len(mesh.vertices), 1)))
+
+
+TEXTURE_PIXELS = 64
+"""A texture counts as it looks when averaged down to at most this on a side."""
+
+_LARGEST_TEXTURE = 2**26
+_LARGEST_M = 1e15
+
+
+def checked_mesh(
+    where: str,
+    vertices: np.ndarray,
+    faces: np.ndarray,
+    colours: np.ndarray,
+    normals: np.ndarray | None = None,
+) -> Mesh:
+    """Make the mesh of a node from corners (v, 3) [m], triangles (f, 3) of rows and colours (v, 3).
+
+    Normals (v, 3) are those of the faces where none are given. Triangles without area are left out.
+    Raises InputError that names the node: ``where``.
+    """
+    check_points(where, vertices)
+    if len(faces) == 0:
+        raise InputError(where, "no triangles", "a mesh has triangles", "take the node out")
+    if faces.min() < 0 or faces.max() >= len(vertices):
+        arrived = int(faces.max() if faces.max() >= len(vertices) else faces.min())
+        raise InputError(where, arrived, f"faces name vertices, 0 to {len(vertices) - 1}")
+    if not np.isfinite(colours).all() or colours.min() < 0 or colours.max() > 1:
+        raise InputError(where, "an albedo outside 0 to 1", "colours are linear, from 0 to 1")
+    areas = triangle_areas(vertices, faces)
+    reach = float(np.ptp(vertices[faces.reshape(-1)], axis=0).max())
+    kept = areas > 1e-14 * reach * reach
+    if not kept.any():
+        rule, cure = "a mesh has area", "take the node out, or mend its scale"
+        raise InputError(where, f"{len(faces)} triangles without area", rule, cure)
+    faces = faces[kept]
+    smooth = normals is not None and normals.shape == vertices.shape
+    if smooth and normals is not None:
+        length = np.linalg.norm(normals, axis=1, keepdims=True)
+        smooth = bool(np.isfinite(length).all() and (length[faces] > 1e-6).all())
+        normals = normals / np.maximum(length, 1e-12)
+    if not smooth or normals is None:
+        vertices, colours, normals, faces = _flat(vertices, colours, faces)
+    used, rows = np.unique(faces, return_inverse=True)
+    return Mesh(vertices[used], normals[used], colours[used], rows.reshape(-1, 3))
+
+
+def check_points(where: str, vertices: np.ndarray) -> None:
+    """Raise InputError for corners that are no finite points of space."""
+    if vertices.ndim != 2 or vertices.shape[1:] != (3,):
+        raise InputError(where, vertices.shape, "vertices have three coordinates")
+    wrong = np.flatnonzero(~(np.abs(vertices) < _LARGEST_M).all(axis=1))
+    if len(wrong):
+        arrived = [float(x) for x in vertices[wrong[0]]]
+        raise InputError(where, arrived, f"vertices are finite (vertex {int(wrong[0])} is not)")
+
+
+def moved(mesh: Mesh, frame: np.ndarray) -> Mesh:
+    """Return a mesh in another frame: (4, 4) that one from its own; a mirror turns faces over."""
+    linear = frame[:3, :3]
+    vertices = mesh.vertices @ linear.T + frame[:3, 3]
+    normals = mesh.normals @ np.linalg.inv(linear)
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
+    faces = mesh.faces[:, ::-1] if np.linalg.det(linear) < 0 else mesh.faces
+    return Mesh(vertices, normals, mesh.colours, faces)
+
+
+def joined(meshes: list[Mesh]) -> Mesh:
+    """Return several meshes as one."""
+    starts = np.cumsum([0] + [len(each.vertices) for each in meshes])[:-1].tolist()
+    columns = {
+        key: np.concatenate([getattr(each, key) for each in meshes])
+        for key in ("vertices", "normals", "colours")
+    }
+    faces = [each.faces + start for each, start in zip(meshes, starts, strict=True)]
+    return Mesh(**columns, faces=np.concatenate(faces))
+
+
+def texture_colours(where: str, image: Image.Image | bytes, uv: np.ndarray) -> np.ndarray:
+    """Look up the linear albedo of corners (v, 2) in a texture, u right and v up, that repeats."""
+    try:
+        picture = Image.open(io.BytesIO(image)) if isinstance(image, bytes) else image
+        if picture.width * picture.height > _LARGEST_TEXTURE:
+            rule = f"a texture has at most {_LARGEST_TEXTURE} pixels"
+            raise InputError(where, picture.size, rule)
+        rgba = np.asarray(picture.convert("RGBA"), np.float64) / 255
+    except InputError:
+        raise
+    except Exception as error:  # whatever a picture's reader meets in a broken file
+        raise InputError(where, "its texture", f"a picture that can be read ({error})") from None
+    rgb = srgb_to_linear(rgba[..., :3])
+    for axis in (0, 1):
+        edges = np.linspace(0, rgb.shape[axis], min(TEXTURE_PIXELS, rgb.shape[axis]) + 1)
+        starts = edges[:-1].astype(int)
+        sums = np.add.reduceat(rgb, starts, axis=axis)
+        size = np.diff(np.append(starts, rgb.shape[axis]))
+        rgb = sums / (size[:, None, None] if axis == 0 else size[None, :, None])
+    if not np.isfinite(uv).all():
+        raise InputError(where, "a texture coordinate that is no number", "coordinates are finite")
+    column = np.minimum((uv[:, 0] % 1.0 * rgb.shape[1]).astype(int), rgb.shape[1] - 1)
+    row = np.minimum(((1.0 - uv[:, 1]) % 1.0 * rgb.shape[0]).astype(int), rgb.shape[0] - 1)
+    found: np.ndarray = rgb[row, column]
+    return found
+
+
+def srgb_to_linear(values: np.ndarray) -> np.ndarray:
+    """Decode sRGB values from 0 to 1 (IEC 61966-2-1)."""
+    return np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
+
+
+def _flat(
+    vertices: np.ndarray, colours: np.ndarray, faces: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Corners of their own for every face, with its normal."""
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    normal = np.cross(b - a, c - a)
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    rows = faces.reshape(-1)
+    own = np.arange(len(rows)).reshape(-1, 3)
+    return vertices[rows], colours[rows], np.repeat(normal, 3, axis=0), own

@@ -1,1 +1,0 @@
-"""This package has the animals, and a windmill."""

@@ -1,1 +1,0 @@
-"""This package makes prototypes of imported models: limits, joints and appearances."""

@@ -1,1 +1,0 @@
-"""This package has the people: stick figures that stand and walk."""

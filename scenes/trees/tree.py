@@ -1,0 +1,326 @@
+"""Prototypes of trees: trunk, limbs, branches, twigs and foliage, each a level of detail.
+
+Level 0 is the whole tree, and as an inner node the trunk; 1 limbs; 2 branches; then twigs, where a
+species has them; last the foliage, leaf by leaf. A part's origin is the base of its branch, or the
+middle of its leaf; the whole tree's is the foot of the trunk, on the ground. As an inner node a
+branch is its own chain of sticks. Its leaf appearance is a few blobs and what is kept of that
+chain, which cover on average over directions what the hidden branches and leaves would
+(``scenes.appearance``).
+
+The sway of trees in the wind: trunk and limbs bend a little, each tree in its own phase.
+
+The trunk bends at three joints, and each limb turns at its base with all that it bears; branches,
+twigs and leaves ride on their limb. Angles are sums of a few harmonics of one long cycle, so that a
+tree sways evenly and comes back to where it began. Drag grows as the square of the wind's speed,
+and so do the angles; the amounts are chosen by eye. Without wind there are no joints at all.
+
+How far anything can get is bounded in closed form. A turn by angle a about a joint moves a point r
+from it by 2·r·sin(a/2); turns of joints further down carry that along unchanged. So what rides on
+joints j of a chain moves, as seen from anything above them, at most Σⱼ 2·rⱼ·sin(aⱼ/2), with rⱼ of
+the tree at rest. Only the range R and the bound B of the whole tree, and the separation of limbs
+from it, are larger than those of the tree at rest. All else rides on one joint with its whole and
+keeps R, B and the priority P, because the leaf appearance of the whole tree leans as one.
+"""
+
+import math
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+
+from lod.arrays import Ints, Points, Reals
+from lod.errors import InputError
+from lod.hierarchy import Hierarchy
+from lod.shapes import MeshTable, StickTable
+from scenes.appearance.fit import fit_appearances
+from scenes.rig.rig import Motion, Rig, RiggedSticks, key_phases
+from scenes.rig.rigged_prototype import RiggedPrototype
+from scenes.rig.rotations import from_euler
+from scenes.sticks.prototype import PartPlaces, Prototype, assemble_prototype
+from scenes.sticks.shapes import PartSticks
+from scenes.trees.growth import GrownTree, grow
+from scenes.trees.species import SEASONS, TreeSpecies
+
+_STREAM = 0x7EE
+
+
+@lru_cache(maxsize=32)
+def tree_prototypes(
+    seed: int, count: int, species: TreeSpecies, season: str = "summer"
+) -> tuple[Prototype, ...]:
+    """Make ``count`` trees of a species; the k-th depends on the seed, the season and k only."""
+    if count < 1:
+        raise InputError(f"{species.name}: prototypes", count, "at least one prototype")
+    if season not in SEASONS:
+        raise InputError("season", season, f"one of {', '.join(SEASONS)}")
+    return tuple(
+        _prototype(f"{species.name} {k}", grow_tree(species, seed, k, season)) for k in range(count)
+    )
+
+
+def grow_tree(species: TreeSpecies, seed: int, k: int, season: str = "summer") -> GrownTree:
+    """Grow the k-th tree of a seed; its wood is the same in every season."""
+    rng = np.random.Generator(np.random.Philox(np.random.SeedSequence((seed, _STREAM, k))))
+    shades = species.foliage_colours(season)
+    if species.foliage and not shades:
+        species = species.bare()
+    levels, foliage = grow(species, rng)
+    bark = np.array(species.bark_albedo)
+    if not shades:
+        blends = [(1 - share) * bark[0] + share * bark[1] for share in (0.33, 0.67)]
+        palette = np.vstack((bark, blends))
+        return GrownTree(species, levels, foliage, np.zeros(0, np.int64), palette)
+    # Every branch has its own shade, and every leaf its own about that.
+    branch = np.arange(len(levels[-1]))
+    for level in levels[:2:-1]:
+        branch = level.parent[branch]
+    of_branch = rng.normal(size=len(levels[2]))
+    tone = 0.7 * of_branch[branch[foliage.twig]] + 0.7 * rng.normal(size=len(foliage.twig))
+    middle = (len(shades) - 1) / 2
+    shade = np.clip(np.rint(middle + tone), 0, len(shades) - 1).astype(np.int64)
+    albedo = np.array(shades)
+    blends = [(1 - s) * albedo[int(middle)] + s * bark[1] for s in (0.25, 0.5)]
+    palette = np.vstack((bark, albedo, blends))
+    return GrownTree(species, levels, foliage, len(bark) + shade, palette)
+
+
+def _prototype(name: str, tree: GrownTree) -> Prototype:
+    """Make the prototype of a grown tree, whose rows are parts, level by level."""
+    counts = [len(level) for level in tree.levels]
+    tables = [tree.branch_sticks(k) for k in range(len(tree.levels))]
+    if len(tree.foliage.twig):
+        counts.append(len(tree.foliage.twig))
+        tables.append(tree.foliage_sticks())
+    row = [0, *np.cumsum(counts).tolist()]  # first of each level, and the number of parts
+    places = _places(tree, counts, row)
+    own = StickTable.merge([_from_row(t, row[k], row[-1]) for k, t in enumerate(tables)])
+    parts = PartSticks(places.parent, places.level, own, tree.palette)
+    fitted = fit_appearances(parts)
+    return assemble_prototype(
+        name,
+        replace(places, overlap=fitted.overlap),
+        own.only(parts.owns),
+        fitted.leaf,
+        tints=tree.palette,
+        view_dependence=fitted.view_dependence,
+    )
+
+
+def _places(tree: GrownTree, counts: list[int], row: list[int]) -> PartPlaces:
+    """Place the parts: a branch at its base, a leaf of the foliage at its middle."""
+    levels, foliage = tree.levels, tree.foliage
+    branches = [row[k - 1] + levels[k].parent for k in range(1, len(levels))]
+    bases = [level.nodes[:, 0] for level in levels[1:]]
+    return PartPlaces(
+        parent=np.concatenate(([-1], *branches, row[len(levels) - 1] + foliage.twig)),
+        level=np.repeat(np.arange(len(counts)), counts),
+        origin=np.concatenate((np.zeros((1, 3)), *bases, (foliage.start + foliage.end) / 2)),
+    )
+
+
+def _from_row(table: StickTable, row: int, n: int) -> StickTable:
+    """Make a table of some parts one of n parts, as rows ``row`` and on."""
+    return table.with_owner(n, table.owner + row)
+
+
+TRUNK_DEG, LIMB_DEG = 0.6, 2.5
+"""Most that a joint of the trunk, and a limb, turns about either level axis at GALE_M_S."""
+
+GALE_M_S = 10.0
+"""Wind's speed at which the angles are TRUNK_DEG and LIMB_DEG [m/s]."""
+
+TRUNK_JOINTS = 3
+
+CYCLE_S = 20.0
+"""Cycle of a tree 10 m high [s]; it grows with the root of the height, as a pendulum's."""
+
+TRUNK_BEATS, LIMB_BEATS = (4, 5, 7), (5, 6, 8, 11)
+"""Harmonics of the cycle: a trunk 10 m high sways at 0.2 to 0.35 Hz, its limbs up to 0.55 Hz."""
+
+KEYS = 256
+"""Key poses in a cycle."""
+
+_STREAM_sway = 0x5A7
+
+
+@lru_cache(maxsize=32)
+def swaying_trees(
+    seed: int, count: int, species: TreeSpecies, season: str, wind: float
+) -> tuple[RiggedPrototype, ...]:
+    """Make the trees of ``tree_prototypes`` sway in a wind of that speed [m/s]."""
+    trees = tree_prototypes(seed, count, species, season)
+    seeds = (np.random.SeedSequence((seed, _STREAM_sway, k)) for k in range(count))
+    rngs = (np.random.Generator(np.random.Philox(each)) for each in seeds)
+    return tuple(swaying(tree, wind, rng) for tree, rng in zip(trees, rngs, strict=True))
+
+
+def swaying(
+    tree: Prototype,
+    wind: float,
+    rng: np.random.Generator,
+    most_deg: tuple[float, float] = (TRUNK_DEG, LIMB_DEG),
+    feet: Points | None = None,
+) -> RiggedPrototype:
+    """Make the trunk and the limbs of a tree sway in a wind of that speed [m/s].
+
+    most_deg  most that a joint of the trunk, and a limb, turns at GALE_M_S
+    feet      points (l, 3) about which the limbs turn; by default their origins [m]
+    """
+    h = tree.hierarchy
+    limbs = np.flatnonzero(h.level == 1)
+    at = np.concatenate((_trunk_nodes(tree), h.position[limbs] if feet is None else feet))
+    parent = _parents(at)
+    joint = _joints_of_parts(h)
+    inner = _rigged(tree.inner, joint, at, bends=True)
+    leaf = _rigged(tree.leaf, joint, at, bends=False)
+    most = np.where(np.arange(len(at)) < TRUNK_JOINTS, *most_deg)
+    rig = _rig(at, parent, most * (wind / GALE_M_S) ** 2)
+    place = h.position - at[joint]
+    still_there = replace(h, **_reaches(tree, rig, at))
+    motion = _motion(rig, float(h.position[:, 2].max()), rng)
+    return RiggedPrototype(
+        tree.name,
+        rig,
+        joint,
+        still_there,
+        inner,
+        leaf,
+        tree.tints,
+        motion,
+        place,
+        tree.view_dependence,
+        meshes=None if tree.meshes is None else _on_joints(tree.meshes, at[joint]),
+    )
+
+
+def _trunk_nodes(tree: Prototype) -> Points:
+    """Place the trunk's joints evenly along it, from its foot on the ground up, (j, 3) [m]."""
+    trunk = tree.inner.start[1 : tree.inner.first[1]]  # its first stick is under the ground
+    return trunk[np.arange(TRUNK_JOINTS) * len(trunk) // TRUNK_JOINTS]
+
+
+def _parents(at: Points) -> Ints:
+    """Find each joint's parent: for a limb, the trunk's highest joint that is not above it."""
+    trunk = at[:TRUNK_JOINTS, 2]
+    below = np.searchsorted(trunk, at[TRUNK_JOINTS:, 2] + 1e-9) - 1
+    return np.concatenate((np.arange(TRUNK_JOINTS) - 1, np.maximum(below, 0)))
+
+
+def _joints_of_parts(h: Hierarchy) -> Ints:
+    """Find the joint that each part rides on; for the whole tree it is the trunk's first."""
+    joint, limbs = np.zeros(len(h), np.int64), np.flatnonzero(h.level == 1)
+    joint[limbs] = TRUNK_JOINTS + np.arange(len(limbs))
+    for level in range(2, int(h.level.max()) + 1):
+        rows = np.flatnonzero(h.level == level)
+        joint[rows] = joint[h.parent[rows]]
+    return joint
+
+
+def _rigged(table: StickTable, joint: np.ndarray, at: np.ndarray, bends: bool) -> RiggedSticks:
+    """Put sticks on the joints (n,) of their parts, which are at points (j, 3).
+
+    If the trunk bends, each end of its sticks rides on the joint below.
+    """
+    ends = []
+    for points in (table.start, table.end):
+        on = joint[table.owner]
+        if bends:
+            trunk, heights = table.owner == 0, at[:TRUNK_JOINTS, 2]
+            on[trunk] = np.maximum(np.searchsorted(heights, points[trunk, 2] - 1e-9) - 1, 0)
+        ends.append((points - at[on], on))
+    (start, start_joint), (end, end_joint) = ends
+    radii = table.start_radius, table.end_radius
+    return RiggedSticks(table.first, start, end, *radii, table.tint, start_joint, end_joint)
+
+
+def _on_joints(meshes: MeshTable, joint_of_part: Points) -> MeshTable:
+    """Measure meshes from the joints (n, 3) that their parts ride on."""
+    return replace(meshes, vertices=meshes.vertices - joint_of_part[meshes.vertex_owner])
+
+
+def _rig(at: Points, parent: Ints, most_deg: Reals) -> Rig:
+    """Make the rig of joints at points (j, 3); each turns by ``most_deg`` (j,) about x and y."""
+    offset = at - np.where((parent >= 0)[:, None], at[parent], 0.0)
+    high = np.stack((most_deg, most_deg, np.zeros(len(at))), axis=1)
+    names = [f"trunk {k}" for k in range(TRUNK_JOINTS)]
+    names += [f"limb {k}" for k in range(len(at) - TRUNK_JOINTS)]
+    rest = from_euler(np.zeros((len(at), 3)))
+    return Rig(tuple(names), parent, offset, rest, -high, high, np.zeros(3), np.zeros(3))
+
+
+def _reaches(tree: Prototype, rig: Rig, at: Points) -> dict[str, np.ndarray]:
+    """Compute R, B and separation for every pose.
+
+    They grow for the whole tree and its limbs only, which move as seen from the tree's foot.
+    """
+    h = tree.hierarchy
+    limbs = np.flatnonzero(h.level == 1)
+    moves = _moves(rig)
+    direct = np.zeros(len(h), bool)
+    direct[0] = direct[limbs] = True
+    reach, joint = 0.0, _joints_of_parts(h)
+    for table in (tree.inner, tree.leaf):
+        rows = np.flatnonzero(direct[table.owner])
+        for points, radii in ((table.start, table.start_radius), (table.end, table.end_radius)):
+            on = np.where(table.owner[rows] == 0, TRUNK_JOINTS - 1, joint[table.owner[rows]])
+            far = _farthest(points[rows], on, rig.parent, at, moves) + radii[rows]
+            reach = max(reach, float(far.max()))
+    if tree.meshes is not None:
+        owner = tree.meshes.vertex_owner
+        rows = np.flatnonzero(direct[owner])
+        far = _farthest(tree.meshes.vertices[rows], joint[owner[rows]], rig.parent, at, moves)
+        reach = max(reach, float(far.max(initial=0.0)))
+    separation, R, B = h.separation.copy(), h.R.copy(), h.B.copy()
+    separation[limbs] = _farthest(h.position[limbs], joint[limbs], rig.parent, at, moves)
+    R[0] = max(R[0], reach)
+    B[0] = max(B[0], reach, float((separation[limbs] + B[limbs]).max()))
+    return {"R": R, "B": B, "separation": separation}
+
+
+def _moves(rig: Rig) -> Reals:
+    """Compute 2·sin(a/2) of the largest turn of each joint about x and y together, (j,).
+
+    Ry·Rx turns by a, cos(a/2) = cos(x/2)·cos(y/2).
+    """
+    cosine = np.cos(np.radians(rig.high[:, 0]) / 2) * np.cos(np.radians(rig.high[:, 1]) / 2)
+    return 2 * np.sqrt(1 - cosine**2)
+
+
+def _farthest(
+    points: Points, on: Ints, parent: np.ndarray, at: np.ndarray, moves: np.ndarray
+) -> Reals:
+    """Bound how far points (n, 3) riding on joints (n,) get from the tree's foot, (n,) [m]."""
+    far, joint = np.linalg.norm(points - at[0], axis=1), on.copy()
+    while (joint > 0).any():  # joint 0 is the foot itself
+        up = joint > 0
+        arm = np.linalg.norm(points - at[joint], axis=1)
+        far[up] += (moves[joint] * arm)[up]
+        joint[up] = parent[joint[up]]
+    return far
+
+
+def _motion(rig: Rig, height: float, rng: np.random.Generator) -> Motion:
+    """Make one cycle: each joint turns about an axis of its own, mostly along the tree's."""
+    heading = rng.uniform(0, 2 * np.pi)
+    degrees = np.zeros((KEYS, len(rig), 3))
+    trunk = _wave(TRUNK_BEATS, rng), _wave(TRUNK_BEATS, rng)
+    for j, most in enumerate(rig.high[:, 0]):
+        way, waves = heading, trunk
+        if j >= TRUNK_JOINTS:
+            way = heading + 0.6 * rng.normal()
+            waves = _wave(LIMB_BEATS, rng), _wave(LIMB_BEATS, rng)
+        main, cross = waves[0], 0.4 * waves[1]
+        about = (
+            math.cos(way) * main - math.sin(way) * cross,
+            math.sin(way) * main + math.cos(way) * cross,
+        )
+        degrees[:, j, :2] = np.stack(about, axis=1) * most / math.hypot(1.0, 0.4)
+    return Motion(from_euler(degrees), np.zeros((KEYS, 3)), 0.0, CYCLE_S * math.sqrt(height / 10.0))
+
+
+def _wave(beats: tuple[int, ...], rng: np.random.Generator) -> Reals:
+    """Sum harmonics within ±1, the lower ones stronger, (K,)."""
+    weight = rng.uniform(0.5, 1.0, len(beats)) / np.array(beats)
+    phase = rng.random(len(beats))
+    turns = key_phases(KEYS)[:, None] * np.array(beats) + phase
+    return np.asarray(np.sin(2 * np.pi * turns) @ weight / weight.sum())

@@ -1,0 +1,336 @@
+"""Rivals are compared at equal error: cheats never get there, and a copy ties.
+
+Programs outside: what they are given, and that an environment is whole or is not there.
+"""
+
+import math
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from bench.experiments.fidelity.equal_error import EQUAL_ERROR
+from bench.experiments.fidelity.image_errors import BANDS
+from bench.experiments.rivals.claims import judge
+from bench.experiments.rivals.measure import (
+    MOST_BYTES,
+    Window,
+    _foretold,
+    _peak_bytes,
+    changes,
+    measure,
+    measure_cycles,
+    noise,
+)
+from bench.experiments.rivals.plots import plots, point_table, summary, tables
+from bench.fields.windows import Picture
+from bench.methods import environments
+from bench.methods.catalogue import arms, culled_beyond
+from bench.methods.comparison import STAGES, at_equal_error, at_equal_time, best_rival, judged_error
+from bench.methods.cycles import chains
+from bench.methods.environments import CYCLES, VIDEO, answer_of
+from bench.methods.method import Arm, by_view
+from bench.methods.video import just_objectionable_differences
+from bench.records.records import Column, Point, where
+from lod.errors import InputError
+from scenes.plugins import entry_points
+from scenes.world.world import build_world
+
+PLUGIN = Path(__file__).parents[2] / "plugin"
+
+
+def point(arm, setting, excess, seconds, field=0, megabytes=100.0, cover=1.0):
+    """A point of one arm, with times of its stages that sum to ``seconds``.
+
+    It covers a share of what things cover in the farthest band that has any.
+    """
+    flip = Column("flip", [round(1e6 * (0.005 + excess))] * 2)
+    floor, ssim = Column("flip_floor", [5000] * 2), Column("ssim", [900_000] * 2)
+    share = round(1e6 * seconds / len(STAGES))
+    times = [Column("us", [share] * 3, {"stage": stage}) for stage in STAGES]
+    held = Column("peak_bytes", [round(1e6 * megabytes)])
+    case = {"kind": "crowd", "objects": 1e3, "field": field, "arm": arm, "setting": setting}
+    shown = [*_shown("reference", 1.0), *_shown("tested", cover)]
+    pixels = [Column("pixels", [1000], {"band": band}) for band in BANDS]
+    samples = (flip, floor, ssim, *times, held, *pixels, *shown, Column("sticks", [7]))
+    return Point(case, samples=samples)
+
+
+def _shown(picture, cover):
+    shares = [1.0] * (len(BANDS) - 2) + [cover, 1.0]
+    for band, share in zip(BANDS, shares, strict=True):
+        yield Column("covered", [round(500 * share)], {"picture": picture, "band": band})
+
+
+def rows(arm, times, field=0):
+    """Settings 1, 2 and 4 with excesses of a half, equal and double error."""
+    excess = (EQUAL_ERROR / 2, EQUAL_ERROR, 2 * EQUAL_ERROR)
+    settings = (1.0, 2.0, 4.0)
+    found = zip(settings, excess, times, strict=True)
+    return [point(arm, s, e, t, field) for s, e, t in found]
+
+
+def test_time_at_equal_error_is_read_between_settings():
+    half = [point("blake", 1.0, EQUAL_ERROR / 4, 8.0), point("blake", 2.0, 4 * EQUAL_ERROR, 2.0)]
+    assert at_equal_error(half)["blake"][0].seconds == pytest.approx(4.0)
+    assert at_equal_error(rows("blake", (8.0, 4.0, 2.0)))["blake"][0].seconds == pytest.approx(4.0)
+
+
+def test_error_at_equal_time_is_read_between_settings():
+    """The metric takes 4 s at equal error; a rival is slower, faster, or between two settings."""
+    ours = rows("blake", (8.0, 4.0, 2.0))
+    between = [point("rival", 1.0, 0.001, 16.0), point("rival", 2.0, 0.004, 1.0)]
+    slower, faster = point("slower", 1.0, 0.001, 5.0), point("faster", 1.0, 0.03, 0.5)
+    found = at_equal_time([*ours, *between, slower, faster])
+    assert found["blake"] == [pytest.approx(EQUAL_ERROR)]
+    assert found["rival"] == [pytest.approx(0.002)]
+    assert math.isnan(found["slower"][0]) and found["faster"] == [pytest.approx(0.03)]
+
+
+def test_a_cheat_never_reaches_equal_error():
+    cheat = [point("distance", s, 0.2, 0.01) for s in (100.0, 50.0)]
+    found = at_equal_error([*rows("blake", (8.0, 4.0, 2.0)), *cheat])
+    assert not found["distance"][0].reached and best_rival(found, "seconds") is None
+    assert judge((*rows("blake", (8.0, 4.0, 2.0)), *cheat)) == ()
+
+
+def test_who_leaves_out_what_is_far_is_not_within_the_error():
+    """FLIP over the picture forgives that hardly any of the far is drawn; the cover does not."""
+    few = [point("distance", 400.0, 0.0, 4.0), point("distance", 50.0, 0.001, 1.0, cover=0.3)]
+    assert at_equal_error(few)["distance"][0].seconds == pytest.approx(4.0)
+    assert not at_equal_error(few[1:])["distance"][0].reached
+
+
+def test_a_rival_that_fits_in_some_fields_alone_does_not_count():
+    both = [each for field in (0, 1) for each in rows("blake", (8.0, 4.0, 2.0), field)]
+    assert best_rival(at_equal_error([*both, *rows("full", (2.0, 2.0, 2.0))]), "seconds") is None
+
+
+def test_a_world_without_a_whole_picture_has_no_claim():
+    timed = [Point(each.case, samples=each.samples[3:]) for each in rows("blake", (8, 4, 2))]
+    assert judge(tuple(timed)) == ()
+
+
+def test_a_copy_ties_and_the_better_of_two_rivals_counts():
+    both = [
+        each
+        for field in (0, 1)
+        for times, arm in (((8, 4, 2), "blake"), ((8, 4, 2), "copy"), ((9, 5, 3), "worse"))
+        for each in rows(arm, times, field)
+    ]
+    time, memory = judge(tuple(both))
+    assert time.name == "crowd/1000/time" and "copy" in time.quantity
+    assert (time.measured, time.low, time.high) == pytest.approx((1.0, 1.0, 1.0))
+    assert time.verdict == memory.verdict == "holds"
+
+
+def test_a_slower_metric_is_refuted():
+    both = [
+        each
+        for field in (0, 1, 2)
+        for times, arm in (((8, 4 + field / 10, 2), "blake"), ((4, 2, 1), "discrete"))
+        for each in rows(arm, times, field)
+    ]
+    time, _ = judge(tuple(both))
+    assert time.verdict == "refuted" and time.measured == pytest.approx(2.05, abs=0.01)
+
+
+@pytest.mark.slow
+def test_an_arm_that_is_foretold_not_to_fit_is_entered_with_what_it_needs(monkeypatch, record):
+    """Without a whole picture there are no errors; the arms that fit are timed as they are."""
+    some = {name: arms()[name] for name in ("blake", "full", "distance")}
+    few = {name: replace(arm, settings=arm.settings[-1:]) for name, arm in some.items()}
+    monkeypatch.setattr("bench.experiments.rivals.measure.arms", lambda: few)
+    window = Window("crowd", 60.0, 0, Picture("32x18", 1), 1, 1, "scalar_rgb", weighed=0)
+    monkeypatch.setattr("bench.experiments.rivals.measure.MOST_BYTES", 1)
+    points = measure(window, 0)
+    needed = {p.case["arm"]: p.column("foretold_bytes")[0] for p in points if len(p.samples) == 1}
+    assert set(needed) == {"full", "distance"} and min(needed.values()) > 1e6
+    assert judge(tuple(points)) == () and at_equal_error(points) == {}
+    (_, (_, rows)), *_ = tables(replace(record, points=tuple(points)))
+    told = {row[1]: row[2] for row in rows}
+    assert told["full"] == told["distance"] == "does not fit"
+    assert told["blake"].startswith("no whole picture; ") and told["blake"].endswith(" at 8")
+
+
+def test_culling_is_foretold_to_need_no_more_than_everything():
+    """The ground of a culling arm is the whole view's, and is not refined by the arm's metric."""
+    window = Window("crowd", 1000.0, 0, Picture("320x180", 16), 1, 1, "scalar_rgb")
+    preset = window.preset(0)
+    world = build_world(preset)
+    full, far, near = (
+        _foretold(arms()[name], setting, world, preset, "scalar_rgb")
+        for name, setting in (("full", 0.0), ("distance", 800.0), ("distance", 50.0))
+    )
+    assert full == far > near > 0.3 * full
+
+
+@pytest.mark.slow
+def test_a_meadow_that_took_all_the_memory_there_was_is_foretold_not_to_fit():
+    """While arms were compared in it the system killed the process, which held 24 GB by then."""
+    window = Window("meadow", 1e5, 0, Picture("320x180", 16), 1, 1, "llvm_ad_rgb")
+    preset = window.preset(0)
+    needed = _foretold(arms()["full"], 0.0, build_world(preset), preset, "llvm_ad_rgb")
+    assert needed > MOST_BYTES
+
+
+CHEAT = Arm(
+    "cheat",
+    "nothing beyond 50 m",
+    "planted",
+    "none",
+    (50.0,),
+    by_view(culled_beyond),
+    culled_beyond,
+)
+
+
+@pytest.fixture(scope="module")
+def planted():
+    """Points of two small fields: with a cheat, a copy of the metric, and an outside package's arm.
+
+    The example package is installed, here and in processes that are started.
+    """
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(str(PLUGIN))
+        patch.setenv("PYTHONPATH", str(PLUGIN))
+        entry_points.installed.cache_clear()
+        some = {name: arms()[name] for name in ("blake", "full", "nearest")}
+        blake = replace(some["blake"], settings=(0.5, 2.0))
+        tried = {**some, "blake": blake, "copy": replace(blake, name="copy"), "cheat": CHEAT}
+        patch.setattr("bench.experiments.rivals.measure.arms", lambda: tried)
+        patch.setattr("bench.experiments.rivals.measure._peak_bytes", _peak_of(blake))
+        window = Window("crowd", 1000.0, 0, Picture("64x36", 16), 2, 3, "scalar_rgb")
+        yield tuple(p for field in (0, 1) for p in measure(replace(window, field=field), 0))
+    entry_points.installed.cache_clear()
+
+
+def _peak_of(blake):
+    """Memory is measured in processes that know no planted arm: a copy is asked for as blake."""
+
+    def peak(runner, case, seed):
+        known = {"copy": blake, "cheat": arms()["distance"]}.get(runner.arm.name, runner.arm)
+        return _peak_bytes(replace(runner, arm=known), case, seed)
+
+    return peak
+
+
+@pytest.mark.slow
+def test_a_planted_cheat_never_comes_up_to_the_error(planted):
+    found = at_equal_error(planted)
+    assert not any(each.reached for arm in ("cheat", "nearest") for each in found[arm])
+    assert all(each.reached for arm in ("blake", "full") for each in found[arm])
+
+
+@pytest.mark.slow
+def test_a_planted_copy_ties(planted):
+    """Its errors are the very same, and so is what decides its time and memory: all it draws."""
+    mine, copied = (where(planted, arm=arm) for arm in ("blake", "copy"))
+    assert [judged_error(p) for p in mine] == [judged_error(p) for p in copied]
+    assert [_drawn(p) for p in mine] == [_drawn(p) for p in copied]
+    assert len({_drawn(p) for p in mine}) == len(mine)
+
+
+def _drawn(each):
+    return tuple(each.values(name)[0] for name in ("shapes", "sticks", "triangles"))
+
+
+@pytest.mark.slow
+def test_every_arm_stands_in_the_report(planted, record):
+    """That of another package does, too; the whole frame has no error beside its own noise."""
+    whole = where(planted, arm="full")
+    assert all((p.values("flip") == p.values("flip_floor")).all() for p in whole)
+    made = replace(record, experiment="rivals", points=planted)
+    for heads, told in (point_table(made), summary(made), *(t for _, t in tables(made))):
+        assert {len(row) for row in told} <= {len(heads)}
+    assert len(point_table(made)[1]) == len(planted)
+    (_, (_, rows)), *_ = tables(made)
+    assert {row[1] for row in rows} == {"blake", "full", "nearest", "copy", "cheat"}
+    assert len(plots(made)) == 2
+
+
+@pytest.fixture
+def none_made(tmp_path, monkeypatch):
+    monkeypatch.setattr(environments.platformdirs, "user_data_path", lambda *args, **more: tmp_path)
+    return tmp_path
+
+
+def test_joined_sticks_of_one_colour_are_one_chain():
+    """Segments 0-1, 1-2 and 2-3, of which the last has another colour, and 5-6 apart."""
+    ends = np.arange(28.0).reshape(7, 4)
+    curve = {
+        "segment_indices": np.array([0, 1, 2, 5], np.uint32),
+        "control_points": ends.ravel(),
+        "tint": np.array([0, 0, 1, 1], np.uint32),
+        "tints": np.array([[0.1, 0.2, 0.3], [0.4, 0.5, 0.6]]),
+    }
+    points, counts, tints = chains(curve)
+    assert counts.tolist() == [3, 2, 2]
+    assert points[:, 0].tolist() == [0.0, 4.0, 8.0, 8.0, 12.0, 20.0, 24.0]
+    assert tints[:, 0].tolist() == [0.1, 0.4, 0.4]
+
+
+def test_an_environment_is_there_when_it_was_made_whole_from_these_requirements(none_made):
+    python = CYCLES.folder / "bin" / "python"
+    python.parent.mkdir(parents=True)
+    python.touch()
+    assert none_made in python.parents and CYCLES.python() is None
+    (CYCLES.folder / "made-from").write_text(CYCLES._digest(), encoding="utf-8")
+    assert CYCLES.python() == python
+    assert replace(CYCLES, requirements=VIDEO.requirements).python() is None
+
+
+@pytest.mark.usefixtures("none_made")
+def test_what_cannot_be_made_or_asked_is_refused_in_a_line(monkeypatch):
+    with pytest.raises(InputError, match="study environments cycles"):
+        answer_of(CYCLES, "cycles_child.py", "{}")
+    with pytest.raises(InputError, match=r"Python 2\.7 alone"):
+        replace(CYCLES, needs_python="2.7").make()
+    full = SimpleNamespace(free=1e9)
+    monkeypatch.setattr(environments.shutil, "disk_usage", lambda path: full)
+    with pytest.raises(InputError, match=r"downloads 3\.1 GB"):
+        VIDEO.make()
+
+
+def test_noise_is_the_variance_of_one_sample():
+    """Light of 1 with a standard deviation of 0.1 at 4 samples: 0.04 × exposure² of each pixel."""
+    random = np.random.default_rng(1)
+    few, many = (
+        [1.0 + spread * random.standard_normal((90, 160, 3)) for _ in range(3)]
+        for spread in (0.1, 0.05)
+    )
+    assert np.mean(noise(few, 4)) == pytest.approx(np.mean(noise(many, 16)), rel=0.03)
+    assert 0.02 * 1e6 < np.mean(noise(few, 4)) <= 0.042 * 1e6
+
+
+def test_what_moves_as_the_whole_does_leaves_nothing():
+    """A constant difference is one of pictures and not of steps; what flickers is one of both."""
+    whole = np.linspace(0.2, 0.6, 4 * 9 * 16 * 3, dtype="f4").reshape(4, 9, 16, 3)
+    flip, residual = changes(whole + np.float32(0.1), whole)
+    assert min(flip.values) > 0 and max(residual.values) <= 1
+    flicker = whole + np.array([0, 0.1, 0, 0.1], "f4")[:, None, None, None]
+    assert changes(flicker, whole)[1].values == pytest.approx([1e5] * 3, rel=1e-3)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(CYCLES.python() is None, reason="no environment with Cycles was made here")
+def test_both_renderers_show_the_same_light():
+    points = measure_cycles(Window("crowd", 100.0, 0, Picture("64x36", 16), 1, 1, "scalar_rgb"), 0)
+    for arm, setting in (("full", 0.0), ("blake", 4.0)):
+        means = [
+            where(points, arm=arm, setting=setting, renderer=name)[0].values("light").mean()
+            for name in ("mitsuba", "cycles")
+        ]
+        assert means[1] == pytest.approx(means[0], rel=0.005)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(VIDEO.python() is None, reason="no environment with ColorVideoVDP was made")
+def test_the_same_video_has_ten_points_and_a_noisy_one_fewer():
+    random = np.random.default_rng(0)
+    whole = random.random((8, 36, 64, 3)).astype("f4")
+    noisy = np.clip(whole + 0.1 * random.standard_normal(whole.shape), 0, 1).astype("f4")
+    found = just_objectionable_differences({"same": whole, "noisy": noisy}, whole, 24.0)
+    assert found["same"] == pytest.approx(10.0) and found["noisy"] < 9.5

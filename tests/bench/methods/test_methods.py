@@ -1,0 +1,226 @@
+"""Every arm has the property that its source states."""
+
+import itertools
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from bench.fields.windows import Picture, window_preset
+from bench.methods import catalogue as registry
+from bench.methods.catalogue import OURS, arms, culled_beyond
+from bench.methods.discrete_levels import (
+    BAND,
+    NOTHING,
+    OMITTED,
+    VERSIONS,
+    cut_with_hysteresis,
+    prepare,
+    version_limits,
+    versions_at,
+)
+from bench.methods.method import engine_view
+from bench.methods.stochastic import (
+    CONTRASTS,
+    drawn_shares,
+    elements_of,
+    outline_areas,
+    toward_mean,
+)
+from lod.errors import InputError
+from lod.pruner import prune
+from lod.view import distance, in_view
+from scenes.plugins import entry_points
+from scenes.world.view import view_at
+from scenes.world.world import build_world
+
+PLUGIN = Path(__file__).parents[2] / "plugin"
+TINY = Picture("64x36", 1)
+FEW = ("species.figure.prototypes=1", "species.figure.sizes=[1.0]", "species.tree.density=0")
+GRASSLESS = "species.sward.density=0"
+
+
+@pytest.fixture(scope="module")
+def crowd():
+    preset = window_preset("crowd", FEW, 60.0, TINY, None)
+    return preset, build_world(preset)
+
+
+def frame(crowd, name, setting, number=1):
+    preset, world = crowd
+    return OURS[name].prepare(world, preset, setting)(number, "scalar_rgb")
+
+
+def people(made):
+    return next(each for each in made.displayed if each.name == "figure")
+
+
+# Everything, and culling
+
+
+def test_everything_is_every_part_of_everybody(crowd):
+    shown = people(frame(crowd, "full", 0.0)).cut
+    tree = crowd[1].fields[0].prototypes.part_tables.hierarchies[0]
+    assert shown.displayed_parts == shown.displayed_objects * len(tree) > 1000
+
+
+def test_what_stands_still_is_made_once_and_what_walks_is_not(crowd):
+    still = window_preset("meadow", (*FEW, GRASSLESS), 5.0, TINY, None)
+    for preset, same in ((still, True), (crowd[0], False)):
+        update = OURS["full"].prepare(build_world(preset), preset, 0.0)
+        first, second = update(1, "scalar_rgb"), update(2, "scalar_rgb")
+        assert (second.displayed is first.displayed) is same
+
+
+def test_culling_by_distance_keeps_the_near_whole_and_nothing_far(crowd):
+    preset, world = crowd
+    field, view = world.fields[0], view_at(world, preset, 1)
+    mine = culled_beyond(view, 30.0)
+    kept = prune(field, mine).parts
+    assert 0 < len(kept) and distance(mine, kept.position).max() < 30.0
+    whole = prune(field, engine_view(view)).parts
+    far = distance(view, whole.position[whole.parent < 0])
+    reach = float(field.prototypes.part_tables.bound[0])
+    assert np.count_nonzero(far < 30.0 - 2 * reach) <= np.count_nonzero(kept.parent < 0)
+
+
+def test_culling_by_view_drops_what_is_out_of_it_and_nothing_else(crowd):
+    """Whole objects, of which some part is in view: nobody's leaf appearance stands for parts."""
+    preset, world = crowd
+    view = view_at(world, preset, 1)
+    shown = people(frame(crowd, "in_view", 0.0)).cut
+    kept, everybody = shown.parts, prune(world.fields[0], engine_view(view)).parts
+    tree = world.fields[0].prototypes.part_tables.hierarchies[0]
+    assert shown.displayed_parts == shown.displayed_objects * len(tree)
+    roots = everybody.position[everybody.parent < 0]
+    reach = float(world.fields[0].prototypes.part_tables.bound[0])
+    inside = in_view(view, roots, np.full(len(roots), reach))
+    assert 0 < shown.displayed_objects == np.count_nonzero(inside) < len(roots)
+    assert np.array_equal(kept.position[kept.parent < 0], roots[inside])
+
+
+# Discrete levels
+
+
+def test_a_version_is_used_until_what_the_next_leaves_out_can_be_seen():
+    """By hand: a whole of 1 m with parts of 0.02 m, 0.1 m and 0.6 m, m = 0.01."""
+    found = version_limits(np.array([1.0, 0.02, 0.1, 0.6]), np.zeros(4), 0.01)
+    assert found == pytest.approx([100.0, 100 / 32, 100 / 8, 100.0])
+
+
+@given(st.lists(st.floats(1e-3, 1.0), min_size=1, max_size=20), st.floats(1e-4, 1e-1))
+def test_a_part_stays_at_least_as_long_as_the_error_asks(sizes, m):
+    """No version in use leaves out a part that subtends m or more: D >= P/m, less than 32 times."""
+    P = np.array([1.0, *sizes])
+    D = version_limits(P, np.zeros_like(P), m)
+    assert (D >= P / m * (1 - 1e-9)).all() and (D <= 1 / m * (1 + 1e-9)).all()
+    assert len(set(np.round(D * m, 9))) <= len(OMITTED) - 1
+
+
+def test_four_versions_and_none():
+    shares = np.array([0.0, 0.03, 0.04, 0.2, 0.6, 0.99, 1.01])
+    assert versions_at(shares).tolist() == [0, 0, 1, 2, 3, 3, 4]
+
+
+def test_switching_back_and_forth_at_a_switch_changes_nothing(crowd):
+    """An object that moves by less than the band about a switch keeps its version."""
+    preset, world = crowd
+    field = world.fields[0]
+    view = replace(engine_view(view_at(world, preset, 1)), metric=VERSIONS, detail=2.0)
+    first, memory = cut_with_hysteresis(field, view, NOTHING)
+    for factor in (1 - BAND / 4, 1.0, 1 - BAND / 4, 1.0):
+        moved = replace(view, detail=view.detail * factor)
+        held, memory = cut_with_hysteresis(field, moved, memory)
+    again, _ = cut_with_hysteresis(field, view, NOTHING)
+    assert np.array_equal(first.object, again.object) and np.array_equal(first.part, again.part)
+    assert held.displayed_parts >= first.displayed_parts
+    for factor in (1 - BAND / 4, 1.0):
+        moved = replace(view, detail=view.detail * factor)
+        next_, memory = cut_with_hysteresis(field, moved, memory)
+        assert np.array_equal(next_.part, held.part)
+    wider, _ = cut_with_hysteresis(field, replace(view, detail=view.detail * 3), memory)
+    assert wider.displayed_parts < held.displayed_parts
+
+
+def test_a_version_is_a_connected_top_of_the_tree(crowd):
+    preset, world = crowd
+    made = prepare(world, preset, 2.0)(1, "scalar_rgb")
+    cut = people(made).cut
+    owned = cut.parent >= 0
+    assert (cut.parent[owned] < np.flatnonzero(owned)).all()
+    assert np.array_equal(cut.object[cut.parent[owned]], cut.object[owned])
+
+
+# Stochastic simplification
+
+
+@given(
+    st.lists(st.tuples(st.integers(1, 300), st.floats(1e-4, 1.0)), min_size=1, max_size=12),
+)
+def test_a_share_of_every_object_is_drawn(objects):
+    count, share = np.array([c for c, _ in objects]), np.array([s for _, s in objects])
+    owner, number, left = drawn_shares(count, share)
+    assert (np.diff(owner) >= 0).all() and (number < count[owner]).all()
+    assert (left[share[owner] >= 1.0] == 1.0).all() and ((left >= 0.0) & (left <= 1.0)).all()
+    drawn = np.bincount(owner, minlength=len(count))
+    assert (np.abs(drawn - np.maximum(share * count, 1)) <= 1).all()
+    assert (np.bincount(owner, left) > 0).all()
+
+
+def test_what_is_drawn_from_afar_is_drawn_from_near():
+    """The subset is stable: fewer are a beginning of more, and the last of them have shrunk."""
+    count = np.array([200])
+    drawn = [drawn_shares(count, np.array([share]))[1] for share in (0.1, 0.3, 0.31)]
+    for fewer, more in itertools.pairwise(drawn):
+        assert np.array_equal(fewer, more[: len(fewer)])
+    area = drawn_shares(count, np.array([0.3]))[2]
+    assert area[-1] < 0.2 * area[0] and (np.diff(area) <= 0).all()
+
+
+def test_near_sticks_are_all_drawn_as_they_are(crowd):
+    _preset, world = crowd
+    whole, some = frame(crowd, "full", 0.0), frame(crowd, "stochastic", 1e-6)
+    drawn, finest = people(some).shape, elements_of(world.fields[0].prototypes)
+    assert len(drawn) == finest.counts[0] * people(whole).cut.displayed_objects
+    ends = {tuple(np.round(row, 6)) for row in people(whole).shape.start}
+    assert all(tuple(np.round(row, 6)) in ends for row in drawn.start[::97])
+
+
+def test_fewer_sticks_of_about_the_same_area_from_afar(crowd):
+    """Their §3.2: what is drawn is made larger, so that everybody covers as much as before."""
+    near, far = (people(frame(crowd, "stochastic", setting)) for setting in (1e-6, 2.0))
+    assert len(far.shape) < 0.5 * len(near.shape)
+    covered = [
+        np.bincount(each.shape.owner, outline_areas(each.shape), len(each.cut))
+        for each in (near, far)
+    ]
+    assert covered[1] == pytest.approx(covered[0], rel=0.02)
+
+
+def test_colours_go_to_their_mean_in_steps():
+    tints = np.array([[0.0, 0.2, 0.4], [1.0, 0.2, 0.0]])
+    mean = tints.mean(axis=0)
+    found = toward_mean(tints, mean).reshape(CONTRASTS + 1, 2, 3)
+    assert found[0] == pytest.approx(np.stack([mean, mean])) and found[-1] == pytest.approx(tints)
+
+
+# The door
+
+
+def test_an_arm_of_another_package_enters(monkeypatch):
+    monkeypatch.syspath_prepend(str(PLUGIN))
+    entry_points.installed.cache_clear()
+    try:
+        found = arms()
+        assert found["nearest"].settings == (3.0, 2.0) and set(OURS) < set(found)
+    finally:
+        entry_points.installed.cache_clear()
+
+
+def test_an_arm_of_a_taken_name_is_refused(monkeypatch):
+    monkeypatch.setattr(registry, "installed", lambda group: {"blake": None})
+    with pytest.raises(InputError, match="no arm has"):
+        arms()

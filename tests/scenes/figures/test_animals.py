@@ -1,0 +1,257 @@
+"""An animal is one TOML file: what it may say, and how each mistake is answered in one line."""
+
+import math
+
+import numpy as np
+import pytest
+
+from bench.experiments.figure.cases import EVERYTHING
+from lod.errors import InputError
+from scenes.figures.anatomy import Rod
+from scenes.figures.animal_file import animal, animal_tables, load_animal
+from scenes.figures.person import people_at_rest
+from scenes.model_files.names import animal_names
+from scenes.rig.foot_placement import Placements, place_on_ground
+from scenes.rig.pose import PoseTables, pose_points
+from scenes.rig.rotations import matrices, to_euler
+from tests.scenes.figures.contact_errors import foot_slide, lowest_heights, sample_cycle
+from tests.scenes.figures.motion_phase import at_phase, motion_at
+
+WALKERS = [name for name in animal_names() if animal_tables(name).gait.legs]
+LIVING = ["rabbit", "giraffe", "ostrich"]
+
+
+@pytest.mark.parametrize("name", animal_names())
+def test_no_joint_goes_beyond_its_limits(name):
+    it = animal(name)
+    seen = sample_cycle(it)
+    assert it.rig.limit_excess(seen.rotations).max() < 1e-6
+    assert np.all(it.motion.shift >= it.rig.shift_low - 1e-12)
+    assert np.all(it.motion.shift <= it.rig.shift_high + 1e-12)
+
+
+@pytest.mark.parametrize("name", WALKERS)
+def test_feet_stay_where_they_stand(name):
+    it, gait = animal(name), animal_tables(name).gait
+    seen, height = sample_cycle(it), it.rig.frames()[0][0, 2]
+    assert foot_slide(it, gait, seen) < min(0.02, 0.02 * height)
+    assert lowest_heights(it, seen).min() > -min(0.01, 0.02 * height)
+
+
+@pytest.mark.parametrize("name", ["giraffe", "ostrich", "insect"])
+def test_walkers_always_stand_on_something(name):
+    it = animal(name)
+    seen = sample_cycle(it)
+    assert lowest_heights(it, seen).max() < 0.01 * it.rig.frames()[0][0, 2] + 1e-3
+
+
+def test_a_rabbit_leaves_the_ground():
+    it = animal("rabbit")
+    assert lowest_heights(it, sample_cycle(it)).max() > 0.001  # with all four feet
+
+
+def test_giraffes_put_down_their_feet_in_lateral_sequence():
+    hind, fore = animal_tables("giraffe").gait.legs
+    order = [hind.strike, fore.strike, hind.strike + hind.apart, fore.strike + fore.apart]
+    assert order == sorted(order)
+    assert np.allclose(np.diff(order), 0.25, atol=0.05)
+
+
+def test_an_insect_walks_on_alternating_tripods():
+    fore, mid, hind = animal_tables("insect").gait.legs
+    assert fore.strike == hind.strike
+    assert (mid.strike - fore.strike) % 1 == fore.apart == 0.5
+
+
+def test_sails_go_round_once_a_cycle():
+    it = animal("windmill")
+    hub = it.rig.row("hub")
+    turned = [to_euler(motion_at(it.motion, k / 60)[0][hub])[0] for k in range(61)]
+    assert np.allclose(np.diff(np.unwrap(turned, period=360)), 6.0, atol=1e-6)
+    assert it.motion.speed == 0
+
+
+@pytest.mark.parametrize("name", animal_names())
+def test_levels_run_from_blob_to_detail(name):
+    h = animal(name).hierarchy
+    assert set(np.unique(h.level)) >= {0, 1, 2, 3}
+    assert h.P[0] == h.P[h.level <= 1].max() or name == "windmill"
+
+
+@pytest.mark.parametrize("name", [*LIVING, "person"])
+def test_parts_of_living_things_shrink_with_depth(name):
+    h = people_at_rest(1, 1, 0.0)[0].hierarchy if name == "person" else animal(name).hierarchy
+    assert np.all(h.P[1:] <= 1.0 * h.P[h.parent[1:]])
+
+
+def test_an_artifact_has_big_bits_tacked_on():
+    h, names = animal("windmill").hierarchy, animal_tables("windmill").anatomy.part_names
+    sail = names.index("sail 1")
+    assert h.P[sail] > 3 * h.P[h.parent[sail]]
+
+
+@pytest.mark.parametrize("name", animal_names())
+def test_every_pose_of_the_motion_stays_within_R(name):
+    it = animal(name)
+    for phase in np.linspace(0, 1, 9):
+        at_phase(it, float(phase))  # a prototype refuses sticks beyond R
+
+
+def test_the_compiled_walk_poses_them_all_as_their_rigs_do():
+    them = tuple(animal(name) for name in animal_names())
+    phases = np.array((0.0, 0.31, 0.99, 0.999))
+    for variant, it in enumerate(them):
+        n, count = len(it.rig), len(phases)
+        rows, joints = np.divmod(np.arange(count * n), n)
+        cast, same = PoseTables.of(them), (np.zeros((count, 2)), np.ones(count), np.zeros(count))
+        drawn = np.full(count, variant), phases, np.ones(count)
+        instances = place_on_ground(cast, lambda xy: np.zeros(len(xy)), Placements(*same, *drawn))
+        corners = [
+            pose_points(cast, instances, rows, joints, np.tile(corner, (n, 1)), np.arange(n))
+            for corner in np.vstack((np.zeros(3), np.eye(3)))
+        ]
+        for o, phase in enumerate(phases.tolist()):
+            at, facing = it.rig.frames(*motion_at(it.motion, phase))
+            origin, *axes = (corner[rows == o] for corner in corners)
+            assert np.allclose(origin, at, atol=1e-12)
+            turned = np.stack([axis - origin for axis in axes], axis=-1)
+            assert np.allclose(turned, matrices(facing), atol=1e-12)
+
+
+def test_an_unknown_kind_is_named():
+    with pytest.raises(InputError, match="rabbit"):
+        animal_tables("gryphon")
+
+
+BIRD = """
+height = 0.4
+shift = [[-0.1, -0.1, -0.1], [0.1, 0.1, 0.1]]
+
+[materials]
+feather = [0.1, 0.1, 0.1]
+
+[joints]
+trunk = { at = [0, 0, 2] }
+neck = { parent = "trunk", at = [1, 0, 0], rest = [0, 30, 0], hinge = [-10, 60] }
+
+[side_joints]
+hip = { parent = "trunk", at = [0, 0.5, 0], free = [10, 40, 10] }
+knee = { parent = "hip", at = [0, 0, -1], rest = [0, 10, 0], hinge = [0, 90] }
+ankle = { parent = "knee", at = [0, 0, -1], free = [40, 60, 40] }
+
+[parts.bird]
+level = 0
+joint = "trunk"
+body = [{ start = [-1, 0, 0], end = [1, 0, 0], radii = [0.4, 0.3], material = "feather" }]
+
+[parts.head]
+whole = "bird"
+level = 1
+joint = "neck"
+body = [
+    { start = [1, 0, 0], end = [2, 0, 1], radii = [0.2, 0.1], material = "feather", around = 4 },
+]
+
+[side_parts.leg]
+whole = "bird"
+level = 1
+joint = "hip"
+body = [
+    { joint = "ankle", start = [0, 0, 0], end = [1, 0, 0], radii = [0.1, 0.1], material = "mean" },
+]
+
+[gait]
+froude = 0.1
+
+[[gait.legs]]
+hip = "hip"
+knee = "knee"
+ankle = "ankle"
+"""
+
+
+def tables(tmp_path, text):
+    path = tmp_path / "bird.toml"
+    path.write_text(text, encoding="utf-8")
+    return load_animal(path)
+
+
+def test_a_file_becomes_anatomy_build_and_gait(tmp_path):
+    it = tables(tmp_path, BIRD)
+    assert it.build.height == 0.4
+    assert it.anatomy.part_names == ("bird", "head", "left leg", "right leg")
+    joints = it.anatomy.joints | it.anatomy.side_joints
+    assert joints["neck"].limits == ((0, -10, 0), (0, 60, 0))
+    assert joints["hip"].limits == ((-10, -40, -10), (10, 40, 10))
+    assert joints["trunk"].limits is None  # it does not turn
+    rest = {name: joint.rest for name, joint in joints.items() if any(joint.rest)}
+    assert rest == {"neck": (0, 30, 0), "knee": (0, 10, 0)}
+    rod = Rod("ankle", (0, 0, 0), (1, 0, 0), 0.1, 0.1, "mean", False)
+    assert it.anatomy.side_parts["leg"].body == (rod,)
+    assert (it.gait.froude, it.gait.duty) == (0.1, 0.62)
+    assert it.gait.legs[0].apart == 0.5
+
+
+def test_copies_stand_evenly_around_the_axis(tmp_path):
+    rods = tables(tmp_path, BIRD).anatomy.parts["head"].body
+    angles = [math.degrees(math.atan2(rod.end[1], rod.end[0])) % 360 for rod in rods]
+    assert angles == pytest.approx([0, 90, 180, 270])
+    assert {(math.hypot(*rod.end[:2]).__round__(12), rod.end[2]) for rod in rods} == {(2.0, 1.0)}
+
+
+CORE = '[{ joint = "%s", start = [0, 0, 0], end = [0, 0, 1], radii = [1, 1], material = "mean" }]'
+
+
+def test_the_core_of_the_trunk_rides_on_joints_of_either_side(tmp_path):
+    text = BIRD.replace("level = 0\n", f"level = 0\ncore = {CORE % 'right hip'}\n")
+    assert [rod.joint for rod in tables(tmp_path, text).anatomy.parts["bird"].core] == ["right hip"]
+    with pytest.raises(InputError, match=r"parts.bird.core\[0\].joint"):
+        tables(tmp_path, text.replace("right hip", "hind hip"))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "where"),
+    [
+        ("height = 0.4", "height = 0", "bird.toml: height"),
+        ("height = 0.4", "height = nan", "bird.toml: height"),
+        ("height = 0.4", "height = '1'", "bird.toml: height"),
+        ("height = 0.4", "height = ", "bird.toml"),
+        ("feather = [0.1,", "feather = [1.1,", "bird.toml: materials.feather[0]"),
+        ("hinge = [-10, 60]", "hinge = [-10, 60], free = [1, 1, 1]", "bird.toml: joints.neck"),
+        ("radii = [0.4, 0.3]", "radii = [0.4, 0]", "bird.toml: parts.bird.body[0].radii[1]"),
+        ("radii = [0.4, 0.3]", "radius = 0.4", "bird.toml: parts.bird.body[0].radius"),
+        ('parent = "trunk", at = [1', 'parent = "knee", at = [1', "bird.toml: joints.neck.parent"),
+        (
+            'whole = "bird"\nlevel = 1\njoint = "neck"',
+            'level = 1\njoint = "neck"',
+            "parts.head.whole",
+        ),
+        ('joint = "neck"\n', 'joint = "nick"\n', "parts.head.joint"),
+        ('joint = "ankle", start', 'joint = "uncle", start', "side_parts.leg.body[0].joint"),
+        ('material = "mean"', 'material = "men"', "side_parts.leg.body[0].material"),
+        ('knee = "knee"', 'knee = "neck"', "bird.toml: gait.legs[0].knee"),
+        ('ankle = "ankle"', 'ankle = "ankle"\nbounce = 1', "bird.toml: gait.legs[0].bounce"),
+        ("froude = 0.1", "frude = 0.1", "bird.toml: gait.frude"),
+        (
+            "froude = 0.1",
+            'waves = [{ joint = "tail", axis = "z", amplitude = 1 }]',
+            "bird.toml: gait.waves[0].joint",
+        ),
+        (
+            "froude = 0.1",
+            'waves = [{ joint = "neck", axis = "w", amplitude = 1 }]',
+            "bird.toml: gait.waves[0].axis",
+        ),
+        ("froude = 0.1", 'spins = [{ joint = "", axis = "x", rounds = 1 }]', "gait.spins[0].joint"),
+    ],
+)
+def test_a_mistake_is_answered_with_its_key(tmp_path, old, new, where):
+    assert old in BIRD
+    with pytest.raises(InputError) as caught:
+        tables(tmp_path, BIRD.replace(old, new, 1))
+    assert where in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_every_animal_that_is_measured_has_a_file():
+    assert set(EVERYTHING[1:]) <= set(animal_names())

@@ -1,0 +1,449 @@
+"""Trees: branches on branches, leaves one by one, each kind as its seasons have it.
+
+Trees in the wind: smooth, each in its own way, within their limits in every pose.
+
+A species of tree is one TOML file, and what is wrong in it is said.
+"""
+
+import shutil
+from dataclasses import replace
+from functools import lru_cache
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from lod.camera import Corner, camera_from_heading
+from lod.crossfade import blend_weights
+from lod.errors import InputError
+from lod.metric import METRICS
+from lod.pruner import prune
+from lod.view import View
+from scenes.field.species_field import Placed, Species, SpeciesField
+from scenes.model_files.names import tree_species_names
+from scenes.models.catalogue import model_prototypes
+from scenes.rig.rigged_prototype import RiggedPrototype
+from scenes.rig.rotations import from_euler
+from scenes.sticks.areas import mean_area, mean_outline_areas
+from scenes.sticks.prototype import Prototype
+from scenes.trees.species import SEASONS, Weather, read_species, species_folder, tree_species
+from scenes.trees.tree import grow_tree, swaying_trees, tree_prototypes
+from tests.scenes.figures.motion_phase import at_phase
+
+COLUMNS = ("start", "end", "start_radius", "end_radius", "tint")
+HEIGHTS = {
+    "tree": (7.5, 13),
+    "birch": (8.5, 13.5),
+    "conifer": (9.5, 16),
+    "shrub": (1.0, 3.0),
+    "dead_tree": (4.5, 12),
+}
+
+
+@lru_cache(maxsize=8)
+def tree(name):
+    return tree_prototypes(1, 1, tree_species(name))[0]
+
+
+@pytest.fixture(params=tree_species_names())
+def kind(request):
+    return request.param
+
+
+class TestHierarchy:
+    def test_size_and_levels(self, kind):
+        p = tree(kind)
+        count = np.bincount(p.hierarchy.level)
+        species = tree_species(kind)
+        assert len(count) == len(species.levels) + 1 + (species.foliage is not None)
+        assert (np.diff(count) > 0).all()
+        assert 150 < len(p.hierarchy) < 8000
+
+    def test_parts_belong_to_the_level_before(self, kind):
+        h = tree(kind).hierarchy
+        assert (h.level[1:] == h.level[h.parent[1:]] + 1).all()
+
+    def test_every_branch_grows_out_of_its_whole(self, kind):
+        """Its base lies on the chain of the branch that owns it."""
+        p = tree(kind)
+        h = p.hierarchy
+        branches = (h.level >= 1) & (h.level <= len(tree_species(kind).levels))
+        for row in np.flatnonzero(branches)[::13]:
+            whole = h.parent[row]
+            block = slice(p.inner.first[whole], p.inner.first[whole + 1])
+            a, b = p.inner.start[block], p.inner.end[block]
+            along = ((h.position[row] - a) * (b - a)).sum(1) / ((b - a) ** 2).sum(1)
+            near = a + np.clip(along, 0, 1)[:, None] * (b - a)
+            assert np.linalg.norm(near - h.position[row], axis=1).min() < 1e-9
+
+    def test_branches_are_thinner_than_what_bears_them(self, kind):
+        levels = grow_tree(tree_species(kind), 1, 0).levels
+        for above, level in pairwise(levels):
+            assert (level.radii[:, 0] <= above.radii[level.parent].max(axis=1)).all()
+            assert (np.diff(level.radii, axis=1) <= 1e-12).all()
+
+    def test_chains_are_joined(self, kind):
+        for level in grow_tree(tree_species(kind), 1, 0).levels[1:]:
+            step = np.linalg.norm(np.diff(level.nodes, axis=1), axis=2).sum(axis=1)
+            assert step == pytest.approx(level.length)
+
+    def test_a_leaf_is_a_small_part_of_its_own_near_its_twig(self):
+        for name in set(tree_species_names()) - {"dead_tree"}:
+            p = tree(name)
+            h, last = p.hierarchy, p.hierarchy.level.max()
+            leaves = np.flatnonzero(h.level == last)
+            assert (p.leaf.count[leaves] == 1).all()
+            assert (h.P[leaves] < 0.25).all()
+            assert (h.separation[leaves] < 1.6 * h.R[h.parent[leaves]]).all()
+            assert len(leaves) > 1000
+
+    def test_few_sticks_stand_for_many(self, kind):
+        p = tree(kind)
+        h = p.hierarchy
+        for level, most in zip(range(h.level.max()), (7, 6, 5, 4), strict=False):
+            assert p.leaf.count[h.level == level].max() <= most
+
+
+class TestStanding:
+    def test_foot_is_below_the_ground(self, kind):
+        p = tree(kind)
+        trunk = slice(p.inner.first[0], p.inner.first[1])
+        assert p.inner.start[trunk][0, 2] == pytest.approx(-tree_species(kind).trunk.root_depth)
+        assert p.inner.start[trunk][1] == pytest.approx(0)
+
+    def test_trunks_are_flared_and_seen_from_afar(self):
+        for name in set(tree_species_names()) - {"shrub"}:
+            p = tree(name)
+            radius = p.inner.start_radius[:3]
+            assert radius[1] > 1.2 * radius[2]
+            if name != "conifer":  # its boughs hide it
+                assert p.leaf.start[0, 2] == pytest.approx(-tree_species(name).trunk.root_depth)
+
+    def test_no_leaf_reaches_the_ground(self, kind):
+        p = tree(kind)
+        last = p.hierarchy.level[p.leaf.owner] == p.hierarchy.level.max()
+        lowest = np.minimum(p.leaf.start[last, 2], p.leaf.end[last, 2]).min()
+        assert lowest > (0.02 if kind == "shrub" else 0.1)
+
+    def test_height(self, kind):
+        p = tree(kind)
+        last = p.hierarchy.level[p.leaf.owner] == p.hierarchy.level.max()
+        scale = tree_species(kind).scale
+        low, high = HEIGHTS.get(kind, (0.5 * scale, 1.5 * scale))
+        assert low < p.leaf.end[last, 2].max() < high
+
+    def test_a_conifer_is_a_cone_and_a_broadleaf_is_not(self):
+        def width(name, low, high):
+            p = tree(name)
+            middle = p.leaf.start[p.hierarchy.level[p.leaf.owner] == p.hierarchy.level.max()]
+            share = middle[:, 2] / middle[:, 2].max()
+            some = middle[(share > low) & (share < high)]
+            return np.quantile(np.hypot(*some[:, :2].T), 0.9)
+
+        assert width("conifer", 0.1, 0.3) > 2.5 * width("conifer", 0.75, 0.9)
+        assert width("tree", 0.4, 0.6) < 1.6 * width("tree", 0.75, 0.9)
+
+
+class TestSeasons:
+    def test_the_wood_is_the_same_all_year(self):
+        for species in map(tree_species, ("tree", "conifer")):
+            every = [grow_tree(species, 1, 0, season) for season in SEASONS]
+            for one in every[1:]:
+                for a, b in zip(every[0].levels, one.levels, strict=True):
+                    assert np.array_equal(a.nodes, b.nodes)
+
+    def test_only_evergreens_have_leaves_in_winter(self):
+        trees = {
+            name: grow_tree(tree_species(name), 1, 0, "winter") for name in tree_species_names()
+        }
+        assert [name for name, it in trees.items() if len(it.foliage.twig)] == ["conifer"]
+        for season in SEASONS:
+            assert not len(grow_tree(tree_species("dead_tree"), 1, 0, season).foliage.twig)
+
+    def test_leaves_are_green_in_summer_and_turn_in_autumn(self):
+        for name in set(tree_species_names()) - {"dead_tree", "conifer"}:
+            for season, turned in (("spring", False), ("summer", False), ("autumn", True)):
+                it = grow_tree(tree_species(name), 1, 0, season)
+                red, green, blue = it.palette[it.foliage_tint].mean(axis=0)
+                assert (red > green) == turned
+                assert min(red, green) > 2 * blue
+
+    def test_spring_leaves_are_lighter_than_summer_leaves(self):
+        for name in ("tree", "birch", "shrub"):
+            greens = (
+                grow_tree(tree_species(name), 1, 0, season) for season in ("spring", "summer")
+            )
+            spring, summer = (it.palette[it.foliage_tint].mean() for it in greens)
+            assert spring > 1.2 * summer
+
+    def test_tints_vary_and_are_few(self, kind):
+        for season in SEASONS:
+            it = grow_tree(tree_species(kind), 1, 0, season)
+            assert len(it.palette) <= 15
+            if len(it.foliage_tint):
+                share = np.bincount(it.foliage_tint)[2:] / len(it.foliage_tint)
+                assert share.min() > 0.03
+                assert len(share) == 5
+
+    def test_an_unknown_season(self):
+        with pytest.raises(InputError, match=r"monsoon.*spring, summer"):
+            tree_prototypes(1, 1, tree_species("tree"), "monsoon")
+
+
+class TestLeafAppearance:
+    def test_each_part_covers_what_it_hides(self):
+        p = tree("tree")
+        h = p.hierarchy
+        for row in [*np.flatnonzero(h.level == 1)[:3], *np.flatnonzero(h.level == 3)[:3]]:
+            held = {int(row)}
+            for k in range(row + 1, len(h)):
+                if int(h.parent[k]) in held:
+                    held.add(k)
+            rows = np.array(sorted(held))
+            inner, leaf = np.isin(p.inner.owner, rows), np.isin(p.leaf.owner, rows)
+            leaf &= h.part_count[p.leaf.owner] == 0
+            hidden = _union(p, inner, leaf)
+            seen = _union(p, np.zeros(len(p.inner), bool), p.leaf.owner == row)
+            assert seen == pytest.approx(hidden, rel=0.2)  # level as a whole: test_silhouette
+
+    def test_is_porous(self):
+        """The blobs of a part hide little of one another, and gaps are left between them."""
+        p = tree("tree")
+        apart = np.bincount(p.leaf.owner, mean_outline_areas(p.leaf))
+        limbs = np.flatnonzero(p.hierarchy.level == 1)
+        covered = mean_area(p.leaf)[limbs]
+        assert (covered > 0.65 * apart[limbs]).all()
+        assert (covered < 0.35 * p.hierarchy.R[limbs] ** 2).all()
+
+
+def _union(p, inner, leaf):
+    from lod.shapes import StickTable
+
+    pairs = [(getattr(p.inner, c)[inner], getattr(p.leaf, c)[leaf]) for c in COLUMNS]
+    columns = [np.concatenate(pair) for pair in pairs]
+    return mean_area(StickTable(np.array([0, len(columns[-1])]), *columns))[0]
+
+
+class TestChance:
+    def test_same_seed_same_tree(self):
+        first = tree_prototypes(5, 1, tree_species("tree"))[0]
+        tree_prototypes.cache_clear()
+        second = tree_prototypes(5, 1, tree_species("tree"))[0]
+        for name in COLUMNS:
+            assert getattr(first.leaf, name).tobytes() == getattr(second.leaf, name).tobytes()
+        assert first.hierarchy.P.tobytes() == second.hierarchy.P.tobytes()
+
+    def test_trees_of_a_seed_and_of_other_seeds_differ(self):
+        species, pairs = tree_species("tree"), ((1, 0), (1, 1), (2, 0))
+        rows = {grow_tree(species, s, k).foliage.start.tobytes() for s, k in pairs}
+        assert len(rows) == 3
+
+    def test_none_at_all(self):
+        with pytest.raises(InputError, match="at least one"):
+            tree_prototypes(1, 0, tree_species("tree"))
+
+
+KINDS = list(tree_species_names())
+
+
+class Plain:
+    """Flat ground."""
+
+    def height(self, corner, xy):
+        return np.zeros(len(xy))
+
+    def bounds(self):
+        return 0.0, 0.0
+
+
+@lru_cache(maxsize=16)
+def pair(name, wind=10.0):
+    """The tree that stands still, and the same in the wind."""
+    species = tree_species(name)
+    still = tree_prototypes(3, 1, species)[0]
+    return still, swaying_trees(3, 1, species, "summer", wind)[0]
+
+
+def poses(tree, count=6):
+    """Allowed poses: random ones, and every joint at its limit."""
+    rng = np.random.default_rng(1)
+    low, high = tree.rig.low, tree.rig.high
+    corners = [np.where(rng.random(low.shape) < 0.5, low, high) for _ in range(count)]
+    return [*tree.rig.random_turns(rng, count), *map(from_euler, (low, high, *corners))]
+
+
+def test_without_wind_there_are_no_joints():
+    (tree,) = model_prototypes("tree", 1, (1.0,), False, Weather("summer", 0.0))
+    assert isinstance(tree, Prototype)
+    (tree,) = model_prototypes("tree", 1, (1.0,), False, Weather("summer", 5.0))
+    assert isinstance(tree, RiggedPrototype)
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_at_rest_it_is_the_tree_that_stands_still(name):
+    still, sways = pair(name)
+    rest = sways.posed()
+    assert rest.hierarchy.position == pytest.approx(still.hierarchy.position, abs=1e-12)
+    for mine, its in ((rest.inner, still.inner), (rest.leaf, still.leaf)):
+        assert mine.start == pytest.approx(its.start, abs=1e-12)
+        assert mine.end == pytest.approx(its.end, abs=1e-12)
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_only_the_whole_reaches_farther(name):
+    still, sways = (each.hierarchy for each in pair(name))
+    assert np.array_equal(still.P, sways.P)
+    assert np.array_equal(still.R[1:], sways.R[1:])
+    assert np.array_equal(still.B[1:], sways.B[1:])
+    assert 1.0 < sways.R[0] / still.R[0] < 1.1
+    more = sways.separation - still.separation
+    assert (more >= 0).all()
+    assert (more[still.level != 1] == 0).all()
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_everything_is_within_its_limits_in_every_pose(name):
+    _, sways = pair(name, 20.0)
+    h = sways.hierarchy
+    for turns in poses(sways):
+        p = sways.posed(turns)
+        at = p.hierarchy.position
+        apart = np.linalg.norm(at[1:] - at[h.parent[1:]], axis=1)
+        assert (apart <= h.separation[1:] * (1 + 1e-9) + 1e-9).all()
+        for table in (p.inner, p.leaf):
+            for ends, r in ((table.start, table.start_radius), (table.end, table.end_radius)):
+                seen, reach = table.owner, h.R
+                for direct in (False, True):  # its own sticks, then those of its direct parts
+                    rows = np.flatnonzero(seen >= 0)
+                    far = np.linalg.norm(ends[rows] - at[seen[rows]], axis=1) + r[rows]
+                    assert (far <= reach[seen[rows]] * (1 + 1e-9)).all(), direct
+                    seen = np.where(seen >= 0, h.parent[seen], -1)
+                far = np.linalg.norm(ends - at[0], axis=1) + r
+                assert (far <= h.B[0]).all()
+
+
+def test_p_holds_in_every_pose():
+    """The largest cross-section drawn, over directions some 10° apart, which a pose turns."""
+    from scenes.sticks.by_view import largest_area_in_view
+
+    _, sways = pair("shrub", 20.0)
+    for turns in poses(sways, 1):
+        posed = sways.leaf.posed(*sways.rig.frames(turns))
+        areas = largest_area_in_view(posed, sways.view_dependence)
+        assert (np.sqrt(areas) <= sways.hierarchy.P * 1.02).all()
+
+
+@pytest.mark.parametrize("name", ["tree", "shrub"])
+def test_it_moves_smoothly_and_comes_back(name):
+    _, sways = pair(name)
+    period, fps = sways.motion.period, 24.0
+    times = np.arange(int(period * fps) + 1) / fps
+    tip = sways.hierarchy.position[:, 2].argmax()
+    path = np.array([at_phase(sways, t / period).hierarchy.position[tip] for t in times[:120]])
+    step = np.linalg.norm(np.diff(path, axis=0), axis=1)
+    jerk = np.linalg.norm(np.diff(path, 2, axis=0), axis=1)
+    assert np.ptp(path, axis=0).max() > 0.02 * sways.hierarchy.position[tip, 2]
+    assert step.max() < 0.2 * np.ptp(path, axis=0).max()
+    assert jerk.max() < 0.3 * step.max()
+    ends = (at_phase(sways, phase).hierarchy.position[tip] for phase in (0.0, 1.0 - 1e-9))
+    assert next(ends) == pytest.approx(next(ends), abs=1e-6)
+
+
+def test_it_grows_with_the_square_of_the_wind():
+    def farthest(wind):
+        still, sways = pair("tree", wind)
+        away = [
+            np.linalg.norm(
+                at_phase(sways, phase).hierarchy.position - still.hierarchy.position, axis=1
+            ).max()
+            for phase in np.linspace(0, 1, 20)
+        ]
+        return max(away)
+
+    assert farthest(10.0) == pytest.approx(4 * farthest(5.0), rel=0.05)
+    assert 0.1 < farthest(10.0) < 0.8
+
+
+def test_every_tree_has_a_phase_and_a_way_of_its_own():
+    trees = swaying_trees(3, 2, tree_species("tree"), "summer", 8.0)
+    assert not np.array_equal(trees[0].motion.rotations[:, 0], trees[1].motion.rotations[:, 0])
+    field = SpeciesField(Species("tree", trees[:1], 2e-4), 5, Plain())
+    camera = camera_from_heading(Corner(0, 0), np.array((0.0, 0.0, 1.7)), 0, 0, 60.0, (200, 200))
+    roots = field.roots(View(camera, METRICS["blake"], 30.0, look_around=True))
+    phase = roots.state.instances.phase
+    assert len(np.unique(phase)) == len(phase) > 5
+
+
+def test_the_pruner_sees_it_where_it_is():
+    """The compiled walk and the readable pose agree, branch by branch."""
+    _, sways = pair("tree")
+    tree = Placed("tree", sways, 0.0, 0.0, 90.0, Plain())
+    camera = camera_from_heading(Corner(0, 0), np.array((0.0, -12.0, 1.7)), 0, 0, 60.0, (200, 200))
+    view = View(camera, METRICS["blake"], 0.2, look_around=True)
+    for time in (0.0, 1.7, 100.3):
+        cut = prune(tree, replace(view, time_s=time))
+        parts = cut.parts
+        there = at_phase(sways, time / sways.motion.period)
+        assert parts.position == pytest.approx(there.hierarchy.position[parts.part], abs=1e-9)
+        sticks = tree.appearance(parts, blend_weights(cut, view))
+        assert sticks.start[:, 2].max() == pytest.approx(there.leaf.start[:, 2].max(), abs=0.3)
+
+
+def test_sizes():
+    _, sways = pair("shrub")
+    double = sways.scaled(2.0)
+    pose = at_phase(double, 0.3).hierarchy.position
+    assert pose == pytest.approx(2 * at_phase(sways, 0.3).hierarchy.position)
+
+
+FOLDER = Path(str(species_folder()))
+
+
+@pytest.fixture
+def willow(tmp_path):
+    """The file of a species of one's own, and a way to read it with some text replaced."""
+    shutil.copy(FOLDER / "birch.toml", tmp_path / "willow.toml")
+
+    def read(old="", new=""):
+        path = tmp_path / "willow.toml"
+        text = path.read_text()
+        assert old in text
+        path.write_text(text.replace(old, new, 1))
+        return read_species(path)
+
+    return read
+
+
+def test_a_copy_is_the_same_species_under_another_name(willow):
+    ours, theirs = willow(), tree_species("birch")
+    assert ours.name == "willow"
+    assert (ours.levels, ours.foliage) == (theirs.levels, theirs.foliage)
+
+
+def test_a_parameter_changes_the_tree(willow):
+    it = willow("attraction_up = -1.0 ", "attraction_up = -2.0 ")
+    lows = [
+        tree_prototypes(1, 1, each)[0].leaf.start[:, 2].mean()
+        for each in (tree_species("birch"), it)
+    ]
+    assert lows[1] < lows[0]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("scale = 11.0", "scale = -11.0", r"willow.toml: scale: -11.0: greater than 0"),
+        ("scale = 11.0", 'scale = "tall"', r"willow.toml: scale: 'tall': a valid number"),
+        ("scale = 11.0", "scale = inf", r"willow.toml: scale: .*finite"),
+        ("scale = 11.0", "scail = 11.0", r"willow.toml: scail: 11.0: no such key"),
+        ("scale_v = 1.0", "", r"willow.toml: scale_v: 'missing': a required key"),
+        ("curve_res = 4", "curve_res = 4.5", r"levels\[0\].curve_res: 4.5: "),
+        ("scale = 11.0", "scale = ", r"willow.toml: .*a TOML file"),
+        ("scale = 11.0", 'name = "oak"\nscale = 11.0', r"willow.toml: name: 'oak': no such key"),
+        ("summer = {", "monsoon = {", r"foliage.albedo.monsoon.*spring"),
+    ],
+)
+def test_errors_name_the_file_the_key_what_arrived_and_the_rule(willow, old, new, message):
+    with pytest.raises(InputError, match=message):
+        willow(old, new)
