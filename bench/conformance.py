@@ -21,10 +21,10 @@ from lod.pruner import BlendWeights, Moving, Parts, Representation, displayed, p
 from lod.shapes import Appearance, Sticks, Triangles, batches_of
 from lod.view import View, in_view
 from scenes.field.species_field import Species, SpeciesField
+from scenes.ground.terrain import Terrain
 from scenes.models.catalogue import model_prototypes
 from scenes.plugins.entry_points import metric_by_name
 from scenes.plugins.representation import make_representation, plugin_by_name
-from scenes.terrain.terrain import Terrain
 
 _OF_POINTS = {"position", "centre", "start", "end", "tints", "vertices", "normals", "colours"}
 _OF_POINTS |= {"faces", "glows"}

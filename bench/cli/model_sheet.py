@@ -16,10 +16,10 @@ from scenes.frame.displayed import display
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.layers import Layers
 from scenes.frame.quality import Quality
+from scenes.ground.terrain import Terrain
 from scenes.render.pictures import PictureStyle, preview_pixels, save_sheet
 from scenes.render.pipeline.render import render_frame
 from scenes.rig.rigged_prototype import RiggedPrototype
-from scenes.terrain.terrain import Terrain
 from scenes.world.light import Light
 
 SIDE = 240

@@ -24,8 +24,8 @@ from lod.metric import METRICS
 from lod.pruner import prune
 from lod.shapes import Triangles
 from lod.view import View
+from scenes.ground.terrain import Terrain
 from scenes.preset.load import load_preset
-from scenes.terrain.terrain import Terrain
 from scenes.world.camera_path import camera_at
 
 SIZES = ("320x180", "640x360", "1280x720")

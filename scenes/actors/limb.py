@@ -23,6 +23,7 @@ from lod.actors.joint import JointLimits, RevoluteJoint
 from lod.actors.message import SEPARATOR, Route, ask, change
 from lod.actors.object_with_parts import mutator, query
 from lod.actors.quaternion import Components, Vector
+from scenes.figures.anatomy import SIDES
 from scenes.models.catalogue import at_rest
 from scenes.rig.rig import Motion
 from scenes.rig.rigged_prototype import RiggedPrototype

@@ -35,10 +35,10 @@ from scenes.field.prototypes import (
     shutter_times,
     species_prototypes,
 )
+from scenes.ground.relief import Ground
 from scenes.rig.foot_placement import Placements, place_on_ground
 from scenes.rig.pose import Instances
 from scenes.rig.rigged_prototype import RiggedPrototype
-from scenes.terrain.ground import Ground
 
 X, Y, YAW, PHASE, STRIDE_FACTOR, EIGHTHS = range(6)
 """Columns of ``ActedFrame.places``, as in ``scenes.actors.body.Posture``."""

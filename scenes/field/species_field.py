@@ -35,12 +35,11 @@ from scenes.field.prototypes import (
     species_prototypes,
 )
 from scenes.figures.patrol import PatrolOrbit, stride_factors
+from scenes.ground.relief import Ground, Relief
 from scenes.rig.foot_placement import Placements, place_on_ground
 from scenes.rig.pose import Instances
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.sticks.prototype import Prototype
-from scenes.terrain.ground import Ground
-from scenes.terrain.relief import Relief
 
 
 @dataclass(frozen=True)

@@ -5,13 +5,13 @@ from dataclasses import replace
 
 from lod.errors import InputError
 from lod.pruner import prune
-from scenes.far_cover.turbid_canopy import turbid_canopy
 from scenes.frame.displayed import display
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.quality import Quality
 from scenes.frame.schedule import update_counts, with_schedule
 from scenes.frame.subframes import subframe_inputs
 from scenes.frame.window import Window
+from scenes.ground.far_cover import turbid_canopy
 from scenes.preset.tables import Preset
 from scenes.processes.progress import steps, work
 from scenes.world.light import Light, sun_and_sky

@@ -7,9 +7,9 @@ from typing import Any, Protocol, runtime_checkable
 from lod.camera import Camera
 from lod.errors import InputError
 from lod.pruner import Representation
+from scenes.ground.relief import Ground
 from scenes.plugins.entry_points import REPRESENTATION, distribution, installed, load_entry
 from scenes.plugins.guard import StrangersError, guarded
-from scenes.terrain.ground import Ground
 
 
 @runtime_checkable

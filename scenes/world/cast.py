@@ -15,12 +15,12 @@ from scenes.actors.body import Body, CameraBody
 from scenes.actors.performance import Cast, Eye, Performance
 from scenes.actors.say import Line, check_action, cue, parse_words
 from scenes.actors.stage import CAMERA, Stage
+from scenes.ground.terrain import Terrain
 from scenes.models.catalogue import model_prototypes
 from scenes.preset.actor_tables import ActorPreset
 from scenes.preset.tables import Preset
 from scenes.rig.rigged_prototype import RiggedPrototype, rigid_prototype
 from scenes.sticks.prototype import Prototype
-from scenes.terrain.terrain import Terrain
 from scenes.trees.species import Weather
 from scenes.world.camera_path import camera_at, height_at, path_pose
 

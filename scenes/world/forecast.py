@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from lod.pruner import Cut, prune
 from lod.view import View
 from scenes.field.forecast import forecast_field
-from scenes.terrain.mesh import QUADS
+from scenes.ground.mesh import QUADS
 from scenes.world.world import World
 
 

@@ -16,9 +16,9 @@ from lod.pruner import prune
 from lod.view import View
 from scenes.frame.displayed import display
 from scenes.frame.quality import Quality
+from scenes.ground.terrain import Terrain
 from scenes.preset.load import load_preset
 from scenes.render.variants import choose
-from scenes.terrain.terrain import Terrain
 from scenes.world.light import Light
 
 EXPERIMENTS = experiments()
