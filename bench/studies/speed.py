@@ -27,7 +27,7 @@ from bench.statistics.timing import interleaved_seconds
 from lod.crossfade import blend_weights
 from lod.pruner import prune
 from lod.view import View
-from scenes.field.cells import cells_in_reach, search_spans
+from scenes.field.cells import candidates, cells_in_reach, search_spans
 from scenes.field.species_field import SpeciesField
 from scenes.field.traversal import node_limits, traverse
 from scenes.frame.frame_input import DisplayedRepresentation, FrameInput, Quality
@@ -72,7 +72,7 @@ def species_rows(name: str, field: SpeciesField, view: View, repeats: int, speed
 
     def turn_away() -> tuple[Any, int]:
         cells = cells_in_reach(field.cells, view, bounds)
-        return field.cells.candidates(*cells, view, beyond)
+        return candidates(field.cells, view, beyond, cells)
 
     kept, away, searched = len(turn_away()[0]), turn_away()[1], objects_searched(field, view)
     tests = traverse(pose_tables, nodes, limits, instances, still, view).examined

@@ -29,7 +29,7 @@ from lod.motion import motion_steps
 from lod.shapes import StickTable
 from lod.view import View, distance
 from scenes.appearance.sky import Sky
-from scenes.field.placement import Species
+from scenes.field.species_field import Species
 from scenes.ground.stand import (
     AZIMUTHS_DEG,
     DEPRESSIONS_DEG,

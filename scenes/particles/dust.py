@@ -30,8 +30,7 @@ from lod.pruner import BlendWeights, Parts
 from lod.shapes import Sticks
 from lod.view import View
 from scenes.field.cells import SearchBounds, candidates, search_bounds
-from scenes.field.placement import patrol_orbits
-from scenes.field.species_field import SpeciesField
+from scenes.field.species_field import SpeciesField, patrol_orbits
 from scenes.noise import hash_name
 from scenes.particles import puffs as growth
 from scenes.particles.footfalls import (

@@ -9,8 +9,7 @@ from lod.pruner import Representation
 from scenes.actors.performance import Cast, Performance
 from scenes.appearance.sky import sky_at
 from scenes.appearance.tone import Illumination
-from scenes.field.placement import Habitat, Species
-from scenes.field.species_field import Placed, SpeciesField
+from scenes.field.species_field import Habitat, Placed, Species, SpeciesField
 from scenes.ground.far_cover import AggregateCover
 from scenes.ground.terrain import Terrain
 from scenes.models.catalogue import PROTOTYPE_SEED, model_prototypes

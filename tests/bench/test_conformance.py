@@ -8,7 +8,6 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from bench.cli.main import main
@@ -24,7 +23,6 @@ from lod.metric import METRICS, Metric
 from lod.pruner import prune
 from scenes import plugins
 from scenes.plugins import plugin_by_name
-from scenes.presets.load import load_preset
 from scenes.render.variants import choose, trusting
 
 EXPERIMENTS = experiments()
@@ -125,12 +123,6 @@ def test_check_notices_and_names_what_is_broken(capfd):
     assert "sloppy, missing" in err
 
 
-def test_check_refuses_what_is_not_there(capfd):
-    assert said(capfd, "check", "halfway")[0] == 2
-    code, _, err = said(capfd, "check")
-    assert (code, len(err.splitlines())) == (2, 1)
-
-
 @pytest.mark.usefixtures("package")
 def test_experiments_that_try_metrics_try_theirs_beside_ours(tmp_path, capfd, monkeypatch):
     even = scaling_cases.cases()
@@ -213,11 +205,6 @@ def test_a_frame_is_rendered_with_theirs(tmp_path):
     )
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "f.0001.exr").exists()
-
-
-def test_a_preset_without_them_says_nothing_of_them():
-    assert load_preset("meadow").representations == {}
-    assert np.isfinite(METRICS["blake"].limit(np.ones(1), np.ones(1), 1.0)).all()
 
 
 STROLLERS = """

@@ -23,8 +23,7 @@ from lod.metric import METRICS
 from lod.pruner import prune
 from lod.shapes import Sticks
 from lod.view import View
-from scenes.field.placement import Species
-from scenes.field.species_field import SpeciesField
+from scenes.field.species_field import Species, SpeciesField
 
 EXTENTS_M = (75.0, 150.0, 300.0, 450.0)
 DENSITY = 4e-3

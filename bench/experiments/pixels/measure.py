@@ -19,8 +19,7 @@ from lod.pruner import prune
 from lod.shapes import Sticks, StickTable
 from lod.view import View
 from scenes.appearance.visible_area import first_met
-from scenes.field.placement import Species
-from scenes.field.species_field import SpeciesField
+from scenes.field.species_field import Species, SpeciesField
 from scenes.plugins import metric_by_name
 
 SPECIES = ("figure", "tree")

@@ -8,8 +8,7 @@ from bench.records.provenance import scene_digest
 from bench.records.records import Point
 from bench.statistics.samples import Row
 from lod.pruner import Cut, prune
-from scenes.field.placement import Species
-from scenes.field.species_field import SpeciesField
+from scenes.field.species_field import Species, SpeciesField
 
 COLUMNS = ("objects", "parts", "objects_examined", "parts_examined")
 """What is counted in a field, displayed and examined, in the order of a row."""

@@ -13,8 +13,7 @@ from lod.camera import Corner, camera_from_heading
 from lod.errors import InputError
 from scenes.actors.body import Body
 from scenes.actors.performance import posed_prototype
-from scenes.field.placement import Species
-from scenes.field.species_field import Placed, SpeciesField
+from scenes.field.species_field import Placed, Species, SpeciesField
 from scenes.figures.animal_file import animal
 from scenes.figures.person import people_at_rest
 from scenes.ground.terrain import Terrain

@@ -4,7 +4,6 @@ from functools import lru_cache
 
 import numba
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -71,13 +70,6 @@ def test_walks_agree_with_the_readable_pruner(name, keys, frame):
     world, view = seen_in(name, *keys, "render.size=50x40", frame=frame, extent=extent)
     for each in (*world.fields, *world.placed):
         same_cut(each, view)
-
-
-@pytest.mark.parametrize("name", ["meadow", "crowd", "zoo"])
-def test_a_frame_of_a_preset_is_cut_the_same(name):
-    world, view = seen_in(name, "render.size=200x100", frame=30)
-    cuts = [same_cut(each, view)[1] for each in world.fields]
-    assert sum(len(cut) for cut in cuts) > 10_000
 
 
 def test_the_number_of_threads_changes_nothing(monkeypatch):

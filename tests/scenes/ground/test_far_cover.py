@@ -11,7 +11,7 @@ import pytest
 from lod.canopy import BARE
 from lod.shapes import StickTable
 from scenes.appearance.sky import SKY_COLUMNS, SKY_ROWS, Sky, sky_at
-from scenes.field.placement import Habitat, Species
+from scenes.field.species_field import Habitat, Species
 from scenes.ground import stand as stand_appearance
 from scenes.ground.far_cover import AggregateCover, outlines_between, turbid_canopy
 from scenes.ground.relief import Relief

@@ -14,9 +14,8 @@ from lod.pruner import BlendWeights, prune
 from lod.shapes import Mesh, MeshTable, SticksAndTriangles, triangle_areas
 from scenes.appearance.tone import displayed_to
 from scenes.appearance.visible_area import visible_areas
-from scenes.field.placement import Species
 from scenes.field.prototypes import species_prototypes
-from scenes.field.species_field import Placed, SpeciesField
+from scenes.field.species_field import Placed, Species, SpeciesField
 from scenes.ground.terrain import Terrain
 from scenes.imported.appearances import TINTS, few_tints, surface_balls
 from scenes.imported.imported_prototype import depth_first, imported_prototype, projected_areas

@@ -12,8 +12,7 @@ from lod.metric import METRICS
 from lod.pruner import prune
 from lod.view import View
 from scenes.field.cells import CellSamples
-from scenes.field.placement import Species, patrol_orbits
-from scenes.field.species_field import SpeciesField
+from scenes.field.species_field import Species, SpeciesField, patrol_orbits
 from scenes.figures.animal_file import animal
 from scenes.ground.relief import Relief
 from scenes.models.catalogue import people
