@@ -25,9 +25,9 @@ from scenes.ground.terrain import Terrain
 from scenes.models.stone import boulder_prototypes
 from scenes.presets.load import load_preset
 from scenes.render.variants import choose
-from scenes.world.light import Light
 from scenes.scene import Scene
 from scenes.sticks.prototype import LUMINANCE
+from scenes.world.light import Light
 
 SIZE = (32, 18)
 GROUND = Terrain(0, 0.0, 64.0, 0.8, reach=32.0)
