@@ -2,7 +2,7 @@
 
 Fields of people that differ in their seed alone are pruned on flat ground: all round as a panorama,
 and for two eyes, all round and in their field of view, near each other as a viewer's are and so far
-apart that the baseline is much of D. Then pictures at one pixel of detail are held against a quarter.
+apart that the baseline is much of D. Pictures at one pixel of detail are held against a quarter.
 
 One cut serves all directions of a panorama, and both eyes of a pair. Both pictures of a comparison
 have the exposure of one of them and the curve of scenes.render.pictures, and are displayed
