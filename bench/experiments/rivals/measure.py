@@ -48,7 +48,8 @@ from bench.statistics.excess_flip import mean_flip
 from scenes.frame.layers import SKY_Z, Layers
 from scenes.presets.load import load_preset
 from scenes.presets.schema import Preset
-from scenes.render.memory import forecast, frame_bytes, memory_limit
+from scenes.processes.memory import memory_limit
+from scenes.render.memory import forecast, frame_bytes
 from scenes.render.pictures import auto_exposure, to_srgb
 from scenes.render.variants import choose
 from scenes.scene import view_at
