@@ -76,7 +76,7 @@ def count(preset: Preset | str, frame: int = 1) -> "Counts":
     preset that cannot be, or a budget that no detail meets.
     """
     from bench.count.count_frame import count as count_view
-    from scenes.render.sequence.detail_budget import within_budget
+    from scenes.render.budget import within_budget
     from scenes.world.view import view_at
     from scenes.world.world import build_world
 
@@ -95,10 +95,10 @@ def render(
     Raises InputError for what cannot be rendered. The first call compiles kernels, which takes
     longer once on a machine.
     """
-    from scenes.render.mitsuba.variants import choose
-    from scenes.render.sequence.detail_budget import within_budget
-    from scenes.render.sequence.frame_session import FrameSession, ignore_progress
-    from scenes.render.sequence.settings import frame_settings
+    from scenes.render.budget import within_budget
+    from scenes.render.exr.header import frame_settings
+    from scenes.render.frame_session import FrameSession, ignore_progress
+    from scenes.render.variants import choose
 
     chosen = within_budget(_preset(preset), (frame,))
     variant = choose(chosen.render.variant, chosen.render.spectral)
@@ -122,13 +122,13 @@ def render_sequence(
     frames of other settings that stand there, unless ``overwrite``, and while another process
     renders other settings into that folder.
     """
-    from scenes.render.files.frame_paths import make_folder
-    from scenes.render.mitsuba.variants import choose
-    from scenes.render.sequence.acting_track import check_acted, prepare_track
-    from scenes.render.sequence.detail_budget import within_budget
-    from scenes.render.sequence.sequence import open_job, owned_folder
-    from scenes.render.sequence.settings import frame_settings
-    from scenes.render.sequence.worker import Worker, render_foretold
+    from scenes.files import make_folder
+    from scenes.render.acting_track import check_acted, prepare_track
+    from scenes.render.budget import within_budget
+    from scenes.render.exr.header import frame_settings
+    from scenes.render.exr.sequence import open_job, owned_folder
+    from scenes.render.variants import choose
+    from scenes.render.worker import Worker, render_foretold
 
     chosen = within_budget(_preset(preset), frames)
     variant = choose(chosen.render.variant, chosen.render.spectral)
@@ -141,7 +141,7 @@ def render_sequence(
 
 def read_frame(path: str | Path) -> Frame:
     """Read a frame that lodbench wrote. Raises InputError for any other file."""
-    from scenes.render.files.exr import read_exr
+    from scenes.render.exr.layers import read_exr
 
     return Frame(*read_exr(path))
 
@@ -153,16 +153,15 @@ def run_experiment(name: str, quick: bool = False, seed: int = 0) -> "Record":
     quick  measure fewer points, in minutes
     Raises InputError for an unknown name.
     """
-    from bench.experiments.registry import EXPERIMENTS
-    from bench.runner.run_experiment import run_experiment as run
+    from bench.experiment import experiments
+    from bench.runs import RunRequest
+    from bench.runs import run_experiment as run
     from scenes.preset.errors import nearest_name
 
-    if name not in EXPERIMENTS:
-        raise InputError(
-            "name", name, "no experiment of that name", nearest_name(name, EXPERIMENTS)
-        )
-    experiment = EXPERIMENTS[name]
-    return run(experiment, experiment.effort("quick" if quick else "full"), seed)
+    known = experiments()
+    if name not in known:
+        raise InputError("name", name, "no experiment of that name", nearest_name(name, known))
+    return run(known[name], RunRequest(name, known[name].usual, quick, seed))
 
 
 def _preset(preset: Preset | str) -> Preset:

@@ -17,7 +17,7 @@ from lod.air import CLEAR
 from lod.pruner import prune
 from scenes.frame.assemble import assemble_frame
 from scenes.preset.load import load_preset
-from scenes.render.files.exr import write_exr
+from scenes.render.exr.layers import write_exr
 from scenes.render.pipeline.peak_memory import peak_rss_bytes
 from scenes.render.pipeline.render import render_frame
 from scenes.render.pipeline.stages import build_frame, trace

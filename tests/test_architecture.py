@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from bench.cli.main import main
-from scenes.render.sequence import worker
-from scenes.render.sequence.frame_session import FrameSession
+from scenes.render import worker
+from scenes.render.frame_session import FrameSession
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGE = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")

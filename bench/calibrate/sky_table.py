@@ -21,9 +21,8 @@ from scenes.appearance.sky import (
     TURBIDITIES,
     cell_irradiance,
 )
-from scenes.render.haze.horizon_airlight import sky_radiance
-from scenes.render.mitsuba.emitters import sun_irradiance
-from scenes.render.mitsuba.variants import SCALAR_VARIANT, use
+from scenes.render.light import sky_radiance, sun_irradiance
+from scenes.render.variants import SCALAR_VARIANT, use
 
 FINER = 12
 """Directions along each side of a cell."""

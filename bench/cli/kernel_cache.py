@@ -20,8 +20,7 @@ from pathlib import Path
 
 import click
 
-from scenes.processes.cache_folder import cache_folders, make_writable
-from scenes.processes.source_digest import PACKAGES, source_digest
+from scenes.processes.cache import PACKAGES, cache_folders, make_writable, source_digest
 
 VARIABLE = "NUMBA_CACHE_DIR"
 _ROOM_BYTES = 2**25

@@ -16,7 +16,7 @@ from bench.cli.kernel_cache import use_kernel_cache
 from bench.cli.progress import making_shown
 from lod.errors import InputError
 from scenes.processes.signals import Stopped, ignore_signals, raise_when_stopped, restore
-from scenes.processes.standard_streams import is_unread, open_standard_streams, write_failure
+from scenes.processes.streams import is_unread, open_standard_streams, write_failure
 
 COMMANDS = (
     *("doctor", "list", "show", "count", "render", "verify", "run", "report", "compare", "study"),
@@ -171,7 +171,7 @@ def _verdict(error: BaseException) -> tuple[int, str]:
 
 def _refused_by_system(error: OSError) -> tuple[int, str]:
     """Say which file it was, and what helps; a current folder that has gone is bad input."""
-    from scenes.render.files.disk import DiskError
+    from scenes.files import DiskError
 
     try:
         _require_current_folder()

@@ -16,9 +16,7 @@ from scenes.frame.displayed import display
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.layers import Layers
 from scenes.frame.quality import Quality
-from scenes.render.pictures.contact_sheet import save_sheet
-from scenes.render.pictures.level_view import preview_pixels
-from scenes.render.pictures.tone_map import PictureStyle
+from scenes.render.pictures import PictureStyle, preview_pixels, save_sheet
 from scenes.render.pipeline.render import render_frame
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.terrain.terrain import Terrain

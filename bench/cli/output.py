@@ -11,7 +11,7 @@ from typing import Any, TextIO
 import click
 import numpy as np
 
-from scenes.processes.standard_streams import carry_failure, lenient_stream, stdout_to_stderr
+from scenes.processes.streams import carry_failure, lenient_stream, stdout_to_stderr
 
 
 @dataclasses.dataclass(frozen=True)

@@ -13,7 +13,7 @@ from bench.cli.kernel_cache import is_first_run
 from scenes.processes.progress import followed_by
 
 if TYPE_CHECKING:
-    from scenes.render.sequence.worker import Making
+    from scenes.render.worker import Making
 
 Progress = Callable[[int, int, str], None]
 """Called with the number done, the number in all, and a name for what comes next."""

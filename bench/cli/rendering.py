@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from scenes.render.sequence.sequence import Job
-    from scenes.render.sequence.worker import ProcessWatch
+    from scenes.render.exr.sequence import Job
+    from scenes.render.worker import ProcessWatch
 
 
 @dataclass(frozen=True)
@@ -15,7 +15,7 @@ class Workers:
 
     threads     for the renderer; 0 = as many as there are
     most_bytes  that a frame may need of memory; None = whatever it needs
-    cluster     as scenes.render.sequence.dask_cluster has it; None = a process of its own here
+    cluster     as scenes.render.cluster has it; None = a process of its own here
     """
 
     threads: int
@@ -32,13 +32,12 @@ def render_job(
     someone who waits may want to know.
     """
     if workers.cluster is None:
-        from scenes.render.sequence.worker import Worker, render_foretold
+        from scenes.render.worker import Worker, render_foretold
 
         with Worker(workers.threads, watch, workers.most_bytes) as worker:
             yield from render_foretold(job, worker)
         return
-    from scenes.render.sequence.dask_cluster import cluster
-    from scenes.render.sequence.dask_frames import render_on_cluster, sweep
+    from scenes.render.cluster import cluster, render_on_cluster, sweep
 
     variant = job.settings["render"]["variant"]
     try:

@@ -14,8 +14,8 @@ import numpy as np
 
 from bench.fields.cases import EYE_HEIGHT_M
 from bench.fields.scene import FLAT, field_seed, prototypes_of
-from bench.records.points import Column, Key, Point, Prediction
 from bench.records.provenance import scene_digest
+from bench.records.records import Column, Key, Point, Prediction
 from bench.statistics.estimates import Estimate, two_sided_share
 from lod.arrays import Reals
 from lod.camera import Camera, Corner, camera_from_heading

@@ -12,7 +12,7 @@ from scenes.frame.displayed import display
 from scenes.frame.frame_input import FrameInput
 from scenes.preset.load import load_preset
 from scenes.preset.tables import Preset
-from scenes.render.description.describe import describe_frame
+from scenes.render.description import describe_frame
 from scenes.world.light import sun_and_sky
 from scenes.world.view import preset_air, view_at
 from scenes.world.world import World, build_world

@@ -8,7 +8,7 @@ from bench.fields.windows import Picture, window_preset
 from bench.methods.catalogue import arms
 from bench.methods.comparison import STAGES
 from bench.methods.method import Arm, Updater
-from bench.records.points import Column, Point, columns
+from bench.records.records import Column, Point, columns
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.layers import Layers
 from scenes.preset.tables import Preset

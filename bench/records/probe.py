@@ -17,14 +17,15 @@ import numpy as np
 
 from scenes.frame.assemble import assemble_frame
 from scenes.preset.load import load_preset
-from scenes.render.description.describe import describe_frame
-from scenes.render.mitsuba.variants import choose
-from scenes.render.pictures.tone_map import auto_exposure, to_srgb
+from scenes.render.description import describe_frame
+from scenes.render.pictures import auto_exposure, to_srgb
 from scenes.render.pipeline.render import render_frame
+from scenes.render.variants import choose
 from scenes.world.world import build_world
 
-NOTE, SOURCES = "probe", "sources"
-"""The notes of a record that hold its probe, and the digest of the sources that made it."""
+NOTE, SOURCES, CASES = "probe", "sources", "cases"
+"""The notes of a record that hold its probe, the digest of the sources that made it, and of each
+case what measured it and how long that took."""
 
 SIZE = 64, 36
 SAME = 0.05

@@ -48,9 +48,9 @@ from scenes.frame.displayed import display
 from scenes.frame.frame_input import FrameInput
 from scenes.preset.load import load_preset
 from scenes.preset.tables import Preset
-from scenes.render.mitsuba.variants import choose
-from scenes.render.pictures.tone_map import auto_exposure, to_srgb
+from scenes.render.pictures import auto_exposure, to_srgb
 from scenes.render.pipeline.stages import build_frame, trace
+from scenes.render.variants import choose
 from scenes.world.view import preset_air, view_at
 from scenes.world.world import World, build_world
 

@@ -15,9 +15,8 @@ from pathlib import Path
 import click
 from PIL import Image
 
+from scenes.files import check_ours, make_folder, whole_file
 from scenes.preset.load import preset_names
-from scenes.render.files.frame_paths import make_folder
-from scenes.render.files.whole_file import check_ours, whole_file
 
 FRAMES = {"campfire": 30, "fly_in": 40, "playground": 48}
 """The frame of a preset that shows most; presets that are not named show frame 1."""
@@ -59,9 +58,8 @@ def render_preset(name: str, size: str, spp: int, folder: Path, *more: str) -> P
 
 def render_beside(name: str, folder: Path, target: Path) -> None:
     """Keep the middle of a preset's frame as shipped beside that of its reference, not denoised."""
-    from scenes.render.files.exr import read_exr
-    from scenes.render.pictures.contact_sheet import save_sheet
-    from scenes.render.pictures.tone_map import DEFAULT_STYLE, to_srgb_8bit
+    from scenes.render.exr.layers import read_exr
+    from scenes.render.pictures import DEFAULT_STYLE, save_sheet, to_srgb_8bit
 
     exposure, panels = None, []
     for label, detail in (("shipped", []), ("reference", ["--detail", str(REFERENCE_PX)])):
@@ -76,9 +74,14 @@ def render_beside(name: str, folder: Path, target: Path) -> None:
 
 def save_pictures(frame: Path, name: str, folder: Path) -> None:
     """Write both pictures of a frame: its light, denoised, and its detail levels."""
-    from scenes.render.files.exr import read_exr
-    from scenes.render.pictures.contact_sheet import preview, save_picture
-    from scenes.render.pictures.tone_map import DEFAULT_STYLE, PictureStyle, to_srgb_8bit
+    from scenes.render.exr.layers import read_exr
+    from scenes.render.pictures import (
+        DEFAULT_STYLE,
+        PictureStyle,
+        preview,
+        save_picture,
+        to_srgb_8bit,
+    )
 
     layers = read_exr(frame)[0]
     light = layers.rgb if layers.denoised is None else layers.denoised
@@ -91,7 +94,7 @@ def save_pictures(frame: Path, name: str, folder: Path) -> None:
 
 def render_sheet(name: str, frames: str, folder: Path, target: Path) -> None:
     """Render some frames of a preset, small, and keep the contact sheet of them."""
-    from scenes.render.pictures.contact_sheet import save_picture
+    from scenes.render.pictures import save_picture
 
     film = folder / f"{name}_film" / f"{name}.####.exr"
     flags = f"--frames {frames} --size 320x180 --spp 8 --denoise --overwrite".split()
@@ -103,7 +106,7 @@ def render_sheet(name: str, frames: str, folder: Path, target: Path) -> None:
 
 def render_figure_4(folder: Path, target: Path) -> None:
     """Render joe as he stands and after the message of figure 4, side by side."""
-    from scenes.render.pictures.contact_sheet import save_sheet
+    from scenes.render.pictures import save_sheet
 
     panels = []
     for said in ([], ["--say", FIGURE_4]):

@@ -11,17 +11,20 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from bench.count.count_frame import count
+from scenes.files import check_ours, make_folder
 from scenes.frame.layers import Layers
 from scenes.preset.load import Setting, load_preset
 from scenes.preset.tables import Preset
-from scenes.render.files.frame_paths import make_folder
-from scenes.render.files.whole_file import check_ours
-from scenes.render.mitsuba.variants import choose
-from scenes.render.pictures.contact_sheet import save_picture
-from scenes.render.pictures.level_view import preview_pixels
-from scenes.render.pictures.tone_map import DEFAULT_STYLE, PictureStyle, to_srgb_8bit
-from scenes.render.sequence.frame_session import FrameSession, ignore_progress
-from scenes.render.sequence.settings import frame_settings
+from scenes.render.exr.header import frame_settings
+from scenes.render.frame_session import FrameSession, ignore_progress
+from scenes.render.pictures import (
+    DEFAULT_STYLE,
+    PictureStyle,
+    preview_pixels,
+    save_picture,
+    to_srgb_8bit,
+)
+from scenes.render.variants import choose
 from scenes.world.view import view_at
 from scenes.world.world import build_world
 

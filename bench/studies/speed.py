@@ -22,8 +22,8 @@ import psutil
 
 from bench.cli.output import table
 from bench.fields.plain_scene import first_view, plain_scene, scene_bytes, scene_hash
-from bench.runner.timing import interleaved_seconds
 from bench.statistics.estimates import two_sided_median
+from bench.statistics.timing import interleaved_seconds
 from lod.crossfade import blend_weights
 from lod.pruner import prune
 from lod.view import View
@@ -152,8 +152,8 @@ def ready_scene_rows(variant: str, size: str, repeats: int) -> Rows:
     All cores work. A smaller scene comes first, so that nothing is loaded or compiled while it is
     timed. Memory is what the first of the repeats takes.
     """
-    from scenes.render.mitsuba.variants import choose
     from scenes.render.pipeline.stages import build_frame
+    from scenes.render.variants import choose
 
     process, quality = psutil.Process(), Quality(choose(variant))
     for one, times in (("64x36", 1), (size, repeats)):

@@ -24,11 +24,10 @@ from bench.experiments.cover.measure import field
 from bench.experiments.cover.scene import AIRS, LOOKS, Case
 from bench.fields.judged_seeds import first_seed
 from bench.records.claims import Claim
-from bench.records.points import Column, Point, merge_points
-from bench.runner.journal import sources
+from bench.records.records import Column, Point, merge_points
+from bench.runs import sources
 from lod.errors import InputError
-from scenes.render.files.frame_paths import make_folder
-from scenes.render.files.whole_file import whole_file
+from scenes.files import make_folder, whole_file
 
 DETAIL, FIRST_SEED = 12.0, first_seed(True, 3)
 FIELDS = {"aerial": 200, "forest": 500}
@@ -119,7 +118,7 @@ def _use_one_thread() -> None:
     import drjit
     import numba
 
-    from scenes.render.mitsuba.variants import choose, use
+    from scenes.render.variants import choose, use
 
     use(choose())
     drjit.set_thread_count(1)

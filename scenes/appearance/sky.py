@@ -14,8 +14,7 @@ import numpy as np
 from numba import njit
 
 from lod.arrays import ArrayData, FloatArray, Reals
-from scenes.processes.content_cache import kept
-from scenes.processes.content_key import content_key
+from scenes.processes.cache import content_key, kept
 
 SKY_ROWS, SKY_COLUMNS = 8, 6
 """Cells of the sky: rows even in the sine of elevation, columns even in azimuth from the sun.

@@ -27,8 +27,7 @@ from lod.threads import map_chunks
 from scenes.appearance.fit import CODE
 from scenes.appearance.ray_grid import Grids, intersect_ray, make_grids, normal_at
 from scenes.appearance.sky import SunAndSky, cosine_direction, sky_at
-from scenes.processes.content_cache import kept
-from scenes.processes.content_key import content_key
+from scenes.processes.cache import content_key, kept
 from scenes.processes.progress import tell
 from scenes.sticks.by_view import AZIMUTHS_DEG, ELEVATIONS_DEG, with_area_share
 from scenes.sticks.prototype import LUMINANCE, Prototype

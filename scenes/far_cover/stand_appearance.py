@@ -19,8 +19,7 @@ from lod.shapes import StickTable
 from scenes.appearance.sky import Sky, SunAndSky
 from scenes.far_cover.stand_paths import GROUND, MAX_DEPTH, randoms_per_path, trace_lines
 from scenes.far_cover.stand_rays import StandField, stand_field, stand_layers, stick_extent
-from scenes.processes.content_key import content_key
-from scenes.processes.kept_data import kept_data
+from scenes.processes.cache import content_key, kept_data
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.sticks.areas import areas_of_parts, mean_outline_areas
 from scenes.sticks.prototype import Prototype

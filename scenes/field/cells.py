@@ -19,8 +19,7 @@ from lod.camera import Corner
 from lod.errors import InputError
 from lod.view import View, compile_view, search_radius, sphere_in_frustum
 from scenes.noise import hash_name, philox4x64, unit_float
-from scenes.processes.content_cache import kept
-from scenes.processes.content_key import content_key
+from scenes.processes.cache import content_key, kept
 
 
 class SearchBounds(NamedTuple):

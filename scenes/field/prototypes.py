@@ -23,7 +23,7 @@ from scenes.appearance.tone import Illumination, fit_tone
 from scenes.field.emission import emit, emit_meshes
 from scenes.field.part_tables import PartTables
 from scenes.field.traversal import DisplayedRows, TraversalTables, node_limits, traverse
-from scenes.processes.content_key import content_key
+from scenes.processes.cache import content_key
 from scenes.rig.pose import Instances, PoseTables, pose_points
 from scenes.rig.rigged_prototype import RiggedPrototype, rigged, speed_bound
 from scenes.sticks.prototype import Prototype

@@ -4,7 +4,7 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from scenes.processes.standard_streams import stdout_to_stderr
+from scenes.processes.streams import stdout_to_stderr
 
 
 class StrangersError(Exception):

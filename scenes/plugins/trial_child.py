@@ -10,7 +10,7 @@ import sys
 from contextlib import suppress
 from importlib.metadata import EntryPoint
 
-from scenes.processes.child import end_with_parent
+from scenes.processes.streams import end_with_parent
 
 
 def main() -> None:

@@ -13,19 +13,22 @@ import pytest
 
 from bench.cli.main import main
 from bench.conformance import FORMULA, broken_plugin_rules, rabbits
-from bench.experiments.registry import EXPERIMENTS
+from bench.experiment import experiments
 from bench.experiments.scaling import measure as scaling
 from bench.fields import cases as scaling_cases
 from bench.fields.cases import metric_cases
 from bench.records.provenance import provenance
-from bench.runner.journal import sources
+from bench.runs import sources
 from lod.errors import InputError
 from lod.metric import METRICS, Metric
 from lod.pruner import prune
 from scenes.plugins import entry_points as plugins
 from scenes.plugins.representation import plugin_by_name
 from scenes.preset.load import load_preset
-from scenes.render.mitsuba.variants import choose, trusting
+from scenes.render.variants import choose, trusting
+
+EXPERIMENTS = experiments()
+
 
 PLACE = Path(__file__).parents[1] / "plugin"
 ROOT = PLACE.parents[1]

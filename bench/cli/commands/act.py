@@ -19,12 +19,7 @@ from lod.errors import InputError
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
 def command(preset: str, folder: str, max_memory: str | None, as_json: bool, **flags: Any) -> None:
     """Act all frames once; `render` into the same folder replays them."""
-    from scenes.render.sequence.acting_track import (
-        check_track,
-        prepare_track,
-        read_track,
-        track_path,
-    )
+    from scenes.render.acting_track import check_track, prepare_track, read_track, track_path
 
     most_bytes = memory_limit_bytes(max_memory)
     chosen = preset_from_flags(preset, **flags)

@@ -5,7 +5,7 @@ import click
 from bench.cli.flag_rules import StrictCommand
 from bench.cli.output import output, table
 from lod.errors import InputError
-from scenes.processes.cache_folder import VARIABLE
+from scenes.processes.cache import VARIABLE
 
 
 @click.command("cache", cls=StrictCommand)
@@ -17,12 +17,7 @@ def command(clear: bool, as_json: bool) -> None:
     Grown trees, their tables and compiled kernels are kept so that commands start at once. Nothing
     needs them. LODBENCH_CACHE names another folder.
     """
-    from scenes.processes.content_cache import (
-        LIMIT_BYTES,
-        cache_contents,
-        clear_cache,
-        writable_cache,
-    )
+    from scenes.processes.cache import LIMIT_BYTES, cache_contents, clear_cache, writable_cache
 
     folder = writable_cache()
     if folder is None:

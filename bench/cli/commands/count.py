@@ -36,8 +36,8 @@ def command(preset: str, frame: int, as_json: bool, max_memory: str | None, **fl
     if workload:
         _check_as_it_is(workload, chosen, frame)
     from bench.count.count_frame import Stopwatch, count
+    from scenes.render.budget import within_budget
     from scenes.render.pipeline.memory_limit import check_prototypes, check_pruning
-    from scenes.render.sequence.detail_budget import within_budget
     from scenes.world.view import view_at
     from scenes.world.world import build_world
 

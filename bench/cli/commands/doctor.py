@@ -11,7 +11,7 @@ import click
 from bench.cli.flag_rules import StrictCommand
 from bench.cli.kernel_cache import VARIABLE, kernel_cache_state
 from bench.cli.output import Output, output, table
-from scenes.processes.cache_folder import VARIABLE as CACHE
+from scenes.processes.cache import VARIABLE as CACHE
 
 PACKAGES = ("lodbench", "mitsuba", "drjit", "OpenEXR", "numpy", "scipy", "numba", "colour-science")
 
@@ -31,9 +31,9 @@ def examine() -> dict[str, Any]:
     import psutil
 
     from bench.records.provenance import cpu_name, package_version
-    from scenes.processes.content_cache import writable_cache
-    from scenes.render.mitsuba.variants import choose, probe
-    from scenes.render.pictures.movie import ffmpeg_path
+    from scenes.processes.cache import writable_cache
+    from scenes.render.pictures import ffmpeg_path
+    from scenes.render.variants import choose, probe
 
     seen, memory, disk = probe(), psutil.virtual_memory(), shutil.disk_usage(os.getcwd())
     return {

@@ -14,7 +14,7 @@ from bench.cli.progress import Progress, progress_bar, tell_first_run
 from lod.errors import InputError
 
 if TYPE_CHECKING:
-    from scenes.render.sequence.object_keys import Identity
+    from scenes.render.object_keys import Identity
 
 
 @click.command("ids", cls=StrictCommand)
@@ -43,10 +43,10 @@ def _cell(each: "Identity") -> str:
 
 
 def _identities(path: Path, most_bytes: int | None, show: Progress) -> Iterable["Identity"]:
-    from scenes.render.files.manifest import load_manifest
+    from scenes.render.exr.header import preset_from_settings
+    from scenes.render.exr.sequence import load_manifest
+    from scenes.render.object_keys import identities
     from scenes.render.pipeline.memory_limit import check_pruning
-    from scenes.render.sequence.object_keys import identities
-    from scenes.render.sequence.settings import preset_from_settings
     from scenes.world.view import view_at
     from scenes.world.world import build_world
 

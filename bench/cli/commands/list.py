@@ -28,7 +28,7 @@ def command(preset: str | None, as_json: bool) -> None:
     if preset is not None:
         _keys(preset, as_json)
         return
-    from bench.experiments.registry import EXPERIMENTS
+    from bench.experiment import experiments
     from bench.studies.registry import study_descriptions
     from lod.metric import METRICS, Metric
     from scenes.actors.behaviours import described_behaviours
@@ -44,7 +44,11 @@ def command(preset: str | None, as_json: bool) -> None:
         "representations": dict(described(REPRESENTATION, RepresentationPlugin)),
         "models": dict.fromkeys(user_model_names(), f"added by `model add`, in {models_folder()}"),
         "behaviours": dict(described_behaviours()),
-        "experiments": {name: each.about for name, each in EXPERIMENTS.items()},
+        "experiments": {
+            topic if topic == name else f"{name}: {topic}": told.about
+            for name, each in experiments().items()
+            for topic, told in each.topics.items()
+        },
         "studies": study_descriptions(),
     }
     with output(as_json) as out:

@@ -96,7 +96,7 @@ def _picture(out: Output, name: str, tree: "PartTree", path: Path) -> None:
     """Write the contact sheet of a model's levels."""
     from bench.cli.model_sheet import model_sheet
     from scenes.imported.imported_prototype import imported_prototype
-    from scenes.render.mitsuba.variants import choose
+    from scenes.render.variants import choose
 
     out.note(
         f"{model_sheet(imported_prototype(name, tree), path, choose('auto'))} shows its levels"

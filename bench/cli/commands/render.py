@@ -23,13 +23,12 @@ from bench.cli.progress import frame_progress, tell_first_run
 from bench.cli.rendering import Workers, render_job
 from bench.cli.view_flags import file_flags, preset_from_flags, view_flags
 from lod.errors import InputError
+from scenes.files import check_ours, check_pattern, frame_path, make_folder
 from scenes.preset.tables import Preset
-from scenes.render.files.frame_paths import check_pattern, frame_path, make_folder
-from scenes.render.files.whole_file import check_ours
-from scenes.render.pictures.tone_map import PictureStyle
+from scenes.render.pictures import PictureStyle
 
 if TYPE_CHECKING:
-    from scenes.render.sequence.sequence import Job
+    from scenes.render.exr.sequence import Job
 
 
 @click.command("render", cls=StrictCommand)
@@ -84,11 +83,11 @@ def command(
     chosen = preset_from_flags(preset, **flags)
     if fit:
         chosen = fit_to_memory(chosen, most_bytes)
-    from scenes.render.mitsuba.variants import choose
-    from scenes.render.sequence.acting_track import check_acted, prepare_track
-    from scenes.render.sequence.detail_budget import within_budget
-    from scenes.render.sequence.sequence import open_job, owned_folder
-    from scenes.render.sequence.settings import frame_settings
+    from scenes.render.acting_track import check_acted, prepare_track
+    from scenes.render.budget import within_budget
+    from scenes.render.exr.header import frame_settings
+    from scenes.render.exr.sequence import open_job, owned_folder
+    from scenes.render.variants import choose
 
     check_targets([frame_path(pattern, number) for number in numbers])
     check_ours(_previews(pattern) if preview else (), overwrite, "--preview")
@@ -153,8 +152,9 @@ def _preview(
     out: Output, preset: Preset, pattern: str, paths: Sequence[Path], look: PictureStyle
 ) -> list[str]:
     """Write a picture of one frame, or a contact sheet and a film of more; give their paths."""
-    from scenes.render.pictures.contact_sheet import contact_sheet, preview
-    from scenes.render.pictures.movie import movie
+    from scenes.render import pictures as contact_sheet
+    from scenes.render import pictures as movie
+    from scenes.render.pictures import preview
 
     still, target = _previews(pattern)
     many = len(paths) > 1

@@ -11,7 +11,7 @@ from bench.cli.frame_flags import LAST_FRAME, memory_flag, memory_limit_bytes
 from bench.cli.output import output
 from bench.cli.progress import progress_bar, tell_first_run
 from bench.cli.view_flags import preset_from_flags, view_flags
-from scenes.render.files.frame_paths import make_folder
+from scenes.files import make_folder
 
 
 @click.command("usd", cls=StrictCommand)
@@ -32,10 +32,10 @@ def command(
 ) -> None:
     """Write a frame's cut and camera as USD: sticks as curves, the ground as a mesh."""
     from scenes.frame.assemble import assemble_frame
-    from scenes.render.files.usd import check_usd, write_usd
-    from scenes.render.mitsuba.variants import SCALAR_VARIANT
+    from scenes.render.budget import within_budget
     from scenes.render.pipeline.memory_limit import check_frame_forecast, check_prototypes
-    from scenes.render.sequence.detail_budget import within_budget
+    from scenes.render.usd import check_usd, write_usd
+    from scenes.render.variants import SCALAR_VARIANT
     from scenes.world.world import build_world
 
     check_usd(path, overwrite)

@@ -13,9 +13,8 @@ from bench.cli.progress import frame_progress, progress_bar
 from bench.cli.rendering import Workers, render_job
 
 if TYPE_CHECKING:
-    from scenes.render.files.manifest import Manifest
-    from scenes.render.sequence.sequence import Job
-    from scenes.render.sequence.verify import Checked
+    from scenes.render.exr.sequence import Job, Manifest
+    from scenes.render.exr.verify import Checked
 
 
 @click.command("verify", cls=StrictCommand)
@@ -40,7 +39,7 @@ def command(
     as_json: bool,
 ) -> None:
     """Hashes, headers, sizes, channels, NaN, infinite and negative values, partial files."""
-    from scenes.render.sequence.verify import open_manifest
+    from scenes.render.exr.verify import open_manifest
 
     most_bytes = memory_limit_bytes(max_memory)
     with output(as_json) as out:
@@ -59,7 +58,7 @@ def command(
 
 def _rebuild(out: Output, folder: Path) -> tuple[str, ...]:
     """Take whole frames into the manifest that it does not know, and say which."""
-    from scenes.render.sequence.recover import rebuild_manifest
+    from scenes.render.exr.sequence import rebuild_manifest
 
     taken = rebuild_manifest(folder) if folder.is_dir() else ()
     for name in taken:
@@ -71,7 +70,7 @@ def _rebuild(out: Output, folder: Path) -> tuple[str, ...]:
 
 def _look(out: Output, manifest: "Manifest") -> list["Checked"]:
     """Check a folder, print what is wrong as it is found, and give it."""
-    from scenes.render.sequence.verify import check_folder
+    from scenes.render.exr.verify import check_folder
 
     wrong = []
     with progress_bar("file") as progress:
@@ -87,7 +86,7 @@ def _repair(
     out: Output, manifest: "Manifest", wrong: list["Checked"], workers: Workers
 ) -> list["Checked"]:
     """Repair what is wrong, and give what is wrong still."""
-    from scenes.render.sequence.verify import repairs
+    from scenes.render.exr.verify import repairs
 
     left = []
     with frame_progress(sum(found.frame is not None for found in wrong)) as progress:

@@ -22,12 +22,12 @@ from bench.experiments.colonnade.scene import (
     pixel_solid_angle,
     places,
 )
-from bench.records.points import Column, Point, columns
+from bench.old_experiment import Effort
 from bench.records.provenance import scene_digest
-from bench.runner.experiment import Effort
+from bench.records.records import Column, Point, columns
 from scenes.frame.quality import Quality
 from scenes.models.stone import column
-from scenes.render.mitsuba.variants import choose
+from scenes.render.variants import choose
 
 SHOTS = (
     *(Shot("blake", detail) for detail in (3.0, 8.0)),

@@ -28,17 +28,17 @@ from bench.experiments.cover.scene import (
     window_view,
 )
 from bench.fields.judged_seeds import first_seed
-from bench.records.points import Column, Point, columns
+from bench.old_experiment import Effort
 from bench.records.provenance import scene_digest
-from bench.runner.experiment import Effort
+from bench.records.records import Column, Point, columns
 from lod.air import CLEAR, Air, rgb_extinction
 from scenes.frame.assemble import frame_quality
 from scenes.frame.displayed import DisplayedRepresentation
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.layers import Layers
 from scenes.preset.tables import Preset
-from scenes.render.mitsuba.variants import choose
 from scenes.render.pipeline.stages import build_frame, move_camera, trace
+from scenes.render.variants import choose
 from scenes.sticks.prototype import LUMINANCE
 from scenes.world.light import sun_and_sky
 from scenes.world.view import preset_air

@@ -15,8 +15,8 @@ from numba import njit
 from bench.experiments.depth.claims import QUADRANTS
 from bench.fields.part_sizes import camera, prototypes_with, seed_of
 from bench.fields.scene import FLAT
-from bench.records.points import Column, Point
-from bench.runner.experiment import Effort
+from bench.old_experiment import Effort
+from bench.records.records import Column, Point
 from lod.arrays import Ints
 from lod.crossfade import blend_weights
 from lod.metric import METRICS

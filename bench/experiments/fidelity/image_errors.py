@@ -1,7 +1,7 @@
 """How far is one picture from another? Errors of every pair of seeds, as integers.
 
 Pictures are linear radiance. FLIP and SSIM compare them as displayed: at one exposure for a view,
-that of its reference, through the curve of scenes.render.pictures.tone_map, not rounded to 8 bits.
+that of its reference, through the curve of scenes.render.pictures, not rounded to 8 bits.
 """
 
 from collections.abc import Sequence
@@ -10,10 +10,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float64
 
-from bench.records.points import Column, columns
+from bench.records.records import Column, columns
 from bench.statistics.excess_flip import mean_flip
 from scenes.frame.layers import SKY_Z, Layers
-from scenes.render.pictures.tone_map import auto_exposure, to_srgb
+from scenes.render.pictures import auto_exposure, to_srgb
 
 BAND_EDGES_M = (0.0, 20.0, 60.0, 200.0)
 """The distances where bands of mean luminance begin [m]; the last band is the sky."""

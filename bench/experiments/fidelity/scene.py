@@ -14,9 +14,9 @@ import numpy as np
 
 from bench.experiments.fidelity.shipped.displayed import Shown, display_ground, display_others
 from bench.fields.judged_seeds import first_seed
-from bench.records.points import Point
+from bench.old_experiment import Effort
 from bench.records.provenance import scene_digest
-from bench.runner.experiment import Effort
+from bench.records.records import Point
 from lod.metric import METRICS
 from lod.view import View
 from scenes.frame.layers import SKY_Z

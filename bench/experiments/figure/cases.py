@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float64
 
-from bench.runner.experiment import Effort
+from bench.old_experiment import Effort
 from lod.arrays import Reals
 from lod.camera import Corner, camera_from_heading
 from lod.view import View

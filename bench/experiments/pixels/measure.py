@@ -11,8 +11,8 @@ import numpy as np
 
 from bench.fields.part_sizes import camera, density_of, prototypes_with, seed_of
 from bench.fields.scene import FLAT
-from bench.records.points import Point, columns
-from bench.runner.experiment import Effort
+from bench.old_experiment import Effort
+from bench.records.records import Point, columns
 from lod.arrays import Ints
 from lod.crossfade import blend_weights
 from lod.pruner import prune

@@ -13,9 +13,9 @@ import numpy as np
 from jaxtyping import Float64
 
 from bench.experiments.spectrum.claims import EDGES
-from bench.records.points import Column, Point, Prediction
+from bench.old_experiment import Effort
 from bench.records.provenance import scene_digest
-from bench.runner.experiment import Effort
+from bench.records.records import Column, Point, Prediction
 from lod.air import CLEAR
 from lod.arrays import Reals
 from lod.metric import METRICS
@@ -25,8 +25,8 @@ from scenes.frame.frame_input import FrameInput
 from scenes.frame.quality import Quality
 from scenes.preset.load import load_preset
 from scenes.preset.tables import Preset
-from scenes.render.mitsuba.variants import choose
 from scenes.render.pipeline.render import render_frame
+from scenes.render.variants import choose
 from scenes.sticks.prototype import LUMINANCE
 from scenes.world.light import Light
 from scenes.world.view import view_at

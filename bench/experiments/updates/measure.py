@@ -13,9 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bench.records.points import Column, Key, Point
+from bench.old_experiment import Effort
 from bench.records.provenance import scene_digest
-from bench.runner.experiment import Effort
+from bench.records.records import Column, Key, Point
 from lod.pruner import prune
 from lod.update_schedule import (
     WINDOW,
@@ -32,8 +32,8 @@ from scenes.frame.displayed import DisplayedRepresentation, display
 from scenes.frame.schedule import is_scheduled, poses_over
 from scenes.preset.load import load_preset
 from scenes.preset.tables import Preset
-from scenes.render.mitsuba.variants import choose
 from scenes.render.pipeline.render import render_frame
+from scenes.render.variants import choose
 from scenes.world.view import frame_time, view_at
 from scenes.world.world import World, build_world
 

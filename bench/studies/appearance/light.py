@@ -21,8 +21,8 @@ from scenes.appearance.tone import Illumination
 from scenes.frame.displayed import DisplayedRepresentation
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.quality import Quality
-from scenes.render.mitsuba.variants import choose
 from scenes.render.pipeline.render import render_frame
+from scenes.render.variants import choose
 from scenes.sticks.prototype import LUMINANCE
 from scenes.terrain.colour import GROUND_MATERIALS
 from scenes.world.light import Light

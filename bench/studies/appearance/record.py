@@ -11,7 +11,7 @@ from bench.records.study_record import read_study_record, study_record, write_st
 from bench.studies.appearance.cases import Case
 from lod.errors import InputError
 from scenes.appearance.fit import CODE
-from scenes.processes.source_digest import ROOT, source_digest
+from scenes.processes.cache import ROOT, source_digest
 
 MEAN_COVER, EACH_COVER, RADIANCE = 0.05, 0.15, 0.03
 """How far the mean cover, that from each direction, and the radiance may be from the whole's."""

@@ -27,8 +27,8 @@ from bench.studies.appearance.record import (
 )
 from bench.studies.appearance.silhouette import cover_ratios
 from lod.errors import InputError
-from scenes.render.files.frame_paths import make_folder
-from scenes.render.mitsuba.variants import choose
+from scenes.files import make_folder
+from scenes.render.variants import choose
 
 COARSEST = 2
 """The coarsest level that is judged; those above it are shown by ``--all-levels``."""

@@ -27,18 +27,18 @@ from bench.cli.output import table
 from bench.cli.progress import counted
 from bench.experiments.popping.unexplained_change import Walk, walk
 from lod.camera import Camera
+from scenes.files import check_ours, make_folder
 from scenes.frame.assemble import assemble_frame
 from scenes.frame.layers import Layers
 from scenes.preset.load import load_preset
 from scenes.preset.tables import Preset
-from scenes.render.files.exr import write_exr
-from scenes.render.files.frame_paths import make_folder
-from scenes.render.files.header import frame_header
-from scenes.render.files.whole_file import check_ours
-from scenes.render.mitsuba.variants import choose
-from scenes.render.pictures.contact_sheet import contact_sheet, save_picture
-from scenes.render.pictures.movie import movie
+from scenes.render import pictures as contact_sheet
+from scenes.render import pictures as movie
+from scenes.render.exr.header import frame_header
+from scenes.render.exr.layers import write_exr
+from scenes.render.pictures import save_picture
 from scenes.render.pipeline.render import render_frame
+from scenes.render.variants import choose
 from scenes.world.view import view_at
 from scenes.world.world import World, build_world
 

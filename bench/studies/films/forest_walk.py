@@ -23,12 +23,11 @@ from bench.cli.progress import counted
 from bench.experiments.popping.claims import WAYS
 from bench.experiments.popping.unexplained_change import Walk, walk
 from lod.errors import InputError
+from scenes.files import check_ours, make_folder, whole_file
 from scenes.preset.load import load_preset
 from scenes.preset.tables import Preset
-from scenes.render.files.frame_paths import make_folder
-from scenes.render.files.whole_file import check_ours, whole_file
-from scenes.render.mitsuba.variants import choose
-from scenes.render.pictures.contact_sheet import save_picture
+from scenes.render.pictures import save_picture
+from scenes.render.variants import choose
 from scenes.world.world import World, build_world
 
 WOOD = (

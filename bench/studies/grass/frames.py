@@ -11,8 +11,8 @@ import numpy as np
 
 from bench.cli.progress import counted
 from scenes.preset.load import load_preset
-from scenes.render.sequence.settings import frame_settings
-from scenes.render.sequence.worker import Worker
+from scenes.render.exr.header import frame_settings
+from scenes.render.worker import Worker
 
 PRESET = "meadow"
 WITHOUT, WITH = "without grass", "with grass"

@@ -27,7 +27,7 @@ from bench.studies.grass.edge import (
     edge_figures,
 )
 from bench.studies.grass.frames import PRESET, frame_figures, turns_of_frames
-from scenes.render.mitsuba.variants import choose
+from scenes.render.variants import choose
 
 COUNT_SIZE = "640x360"
 """Size of the picture in which parts are counted: the preset's own."""

@@ -18,7 +18,7 @@ from bench.studies.soak.looks import FRAMES, Truth, frame_files, frame_name, fra
 from bench.studies.soak.place import Place
 from bench.studies.soak.plan import Burst, Command, Harm, Step
 from bench.studies.soak.program import Run, Running
-from scenes.render.files.manifest import NAME, file_hash
+from scenes.render.exr.sequence import NAME, file_hash
 
 _TICK_S = 0.01
 _DAMAGE_S = 1.5

@@ -28,8 +28,8 @@ from bench.studies.soak.looks import FRAMES, LOOKS, PRESET, PRESET_NAME, Truth, 
 from bench.studies.soak.place import Place
 from bench.studies.soak.plan import Command, Round, plan_round
 from bench.studies.soak.rounds import Folder
-from scenes.render.files.manifest import file_hash
-from scenes.render.mitsuba.variants import SCALAR_VARIANT, choose, trusting
+from scenes.render.exr.sequence import file_hash
+from scenes.render.variants import SCALAR_VARIANT, choose, trusting
 
 _LONGEST_TEXTS = 40
 

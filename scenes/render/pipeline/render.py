@@ -8,8 +8,9 @@ from functools import partial
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.layers import Layers
 from scenes.frame.quality import SampleWatch
-from scenes.render.description.scene_description import Description
-from scenes.render.pictures.denoise import check_denoiser, denoise
+from scenes.render import pictures as denoise
+from scenes.render.description import Description
+from scenes.render.pictures import check_denoiser
 from scenes.render.pipeline.memory_limit import check_memory
 from scenes.render.pipeline.render_subframes import render_subframes
 from scenes.render.pipeline.stages import (

@@ -10,9 +10,8 @@ from lod.camera import Camera
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.layers import Layers
 from scenes.frame.quality import Quality, SampleWatch
-from scenes.render.description.describe import describe_frame, with_camera
-from scenes.render.description.scene_description import MEDIUM, Description
-from scenes.render.mitsuba import variants
+from scenes.render import variants
+from scenes.render.description import MEDIUM, Description, describe_frame, with_camera
 from scenes.render.pipeline.memory_limit import check_memory
 
 
@@ -56,9 +55,9 @@ def build(description: Description, air: Air, quality: Quality) -> BuiltFrame:
     start = time.perf_counter()
     name = variants.choose(quality.variant, quality.is_spectral)
     variants.use(name)
-    from scenes.render.haze.haze import make_haze
-    from scenes.render.haze.scattered_layer import with_scattering_layer
-    from scenes.render.mitsuba.build import build_scene
+    from scenes.render.build import build_scene
+    from scenes.render.haze import make_haze
+    from scenes.render.scattered_layer import with_scattering_layer
 
     statistics = _statistics(description)
     if quality.haze == "scattered":
@@ -72,8 +71,8 @@ def trace(
     built: BuiltFrame, quality: Quality, frame: int = 0, watch: SampleWatch = ignore_samples
 ) -> Layers:
     """Take one picture of a built frame; its variant is still the one that is set."""
-    from scenes.render.drivers.accumulate import make_layers
-    from scenes.render.mitsuba.build import flush_memory
+    from scenes.render.build import flush_memory
+    from scenes.render.drivers.samples import make_layers
 
     start = time.perf_counter()
     samples = _driver(built.variant, quality.haze)(built.scene, built.haze, quality, frame, watch)
@@ -91,7 +90,7 @@ def move_camera(
     air depends on the eye's place. The eyes of a pair are near enough.
     """
     start = time.perf_counter()
-    from scenes.render.haze.haze import make_haze
+    from scenes.render.haze import make_haze
 
     scene = built.scene
     scene = replace(scene, description=with_camera(scene.description, camera, after))

@@ -9,7 +9,7 @@ from bench.cli.main import main
 from scenes.actors.acting import Acting
 from scenes.actors.performance import ActedFrame
 from scenes.preset.load import load_preset
-from scenes.render.sequence.object_keys import identities
+from scenes.render.object_keys import identities
 from scenes.world.world import build_world
 
 TINY = """

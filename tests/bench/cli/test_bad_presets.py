@@ -17,11 +17,10 @@ from bench.cli.frame_flags import frame_numbers
 from bench.cli.main import main
 from bench.cli.view_flags import preset_from_flags
 from lod.errors import InputError
+from scenes.files import check_pattern
 from scenes.preset.load import load_preset, preset_from, preset_names
-from scenes.render.files.frame_paths import check_pattern
-from scenes.render.files.manifest import load_manifest, settings_hash
-from scenes.render.sequence.sequence import open_job
-from scenes.render.sequence.settings import frame_settings
+from scenes.render.exr.header import frame_settings
+from scenes.render.exr.sequence import load_manifest, open_job, settings_hash
 
 GENERATED = 10_000
 TABLE = "a table of keys"

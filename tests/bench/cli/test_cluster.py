@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from bench.cli.main import main
-from scenes.render.files.disk import partial_path
-from scenes.render.sequence import dask_frames as cluster_frames
-from scenes.render.sequence.dask_frames import frame_task
+from scenes.files import partial_path
+from scenes.render import cluster as cluster_frames
+from scenes.render.cluster import frame_task
 
 pytest.importorskip("distributed")
 cloudpickle.register_pickle_by_value(sys.modules[__name__])
@@ -36,7 +36,7 @@ def poisonous(settings, frame, path, threads, most_bytes):
     if frame == 7:
         os._exit(1)
     from scenes.frame.layers import Layers
-    from scenes.render.files.exr import write_exr
+    from scenes.render.exr.layers import write_exr
 
     ids, colour = np.full((4, 8), frame), np.full((4, 8, 3), frame / 100)
     partial_ = partial_path(Path(path))

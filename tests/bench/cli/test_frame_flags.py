@@ -6,7 +6,7 @@ import pytest
 
 from bench.cli.frame_flags import frame_numbers, memory_size
 from lod.errors import InputError
-from scenes.render.files.frame_paths import check_pattern, frame_path, make_folder
+from scenes.files import check_pattern, frame_path, make_folder
 
 
 @pytest.mark.parametrize(

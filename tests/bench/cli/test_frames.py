@@ -10,9 +10,9 @@ import pytest
 from bench.cli.commands.frames import drop_flag
 from bench.cli.main import main
 from scenes.preset.load import load_preset
-from scenes.render.sequence.frame_session import FrameSession
-from scenes.render.sequence.sequence import open_job, render_sequence
-from scenes.render.sequence.settings import frame_settings
+from scenes.render.exr.header import frame_settings
+from scenes.render.exr.sequence import open_job, render_sequence
+from scenes.render.frame_session import FrameSession
 
 TINY = """
 [terrain]

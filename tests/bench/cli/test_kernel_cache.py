@@ -10,7 +10,7 @@ import pytest
 
 from bench.cli import kernel_cache
 from bench.cli.progress import tell_first_run
-from scenes.processes import source_digest as sources
+from scenes.processes import cache as sources
 
 ROOT = Path(__file__).parents[3]
 PHILOX = (

@@ -10,7 +10,7 @@ from bench.cli.commands.cache import command as cache
 from bench.cli.main import main
 from lod.errors import InputError
 from scenes.preset.load import load_preset
-from scenes.processes.content_cache import kept
+from scenes.processes.cache import kept
 
 
 def run(*words: str) -> int:

@@ -146,8 +146,8 @@ def test_a_repair_foretells_the_actors_of_its_frames(
 ) -> None:
     """In the process that renders, by the settings on record."""
     from scenes.preset.load import load_preset
-    from scenes.render.sequence import frame_session
-    from scenes.render.sequence.settings import frame_settings
+    from scenes.render import frame_session
+    from scenes.render.exr.header import frame_settings
 
     (tmp_path / "throng.toml").write_text(THRONG)
     monkeypatch.setattr(frame_session, "build_world", began)
@@ -162,7 +162,7 @@ def test_a_repair_foretells_the_actors_of_its_frames(
 
 def test_usual_casts_fit(run: Run) -> None:
     from scenes.preset.load import load_preset
-    from scenes.render.sequence.acting_track import check_track
+    from scenes.render.acting_track import check_track
 
     check_track(load_preset("playground"), GB // 5)
     check_track(load_preset("fly_in"), GB // 500)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from scenes.render.files.manifest import load_manifest
+from scenes.render.exr.sequence import load_manifest
 
 ROOT = Path(__file__).resolve().parents[3]
 TINY = Path(__file__).with_name("tiny.toml")

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from bench.cli.main import main
-from scenes.render.sequence import worker as worker_module
+from scenes.render import worker as worker_module
 
 CHILD = """
 import os
@@ -17,10 +17,10 @@ import signal
 
 import numpy as np
 
-from scenes.render.files.exr import write_exr
+from scenes.render.exr.layers import write_exr
 from scenes.frame.layers import Layers
-from scenes.render.files.header import settings_attributes
-from scenes.render.sequence.worker_child import serve
+from scenes.render.exr.header import settings_attributes
+from scenes.render.worker_child import serve
 
 
 class Session:

@@ -12,7 +12,7 @@ from bench.experiments.air.targets import (
 )
 from lod.air import Air, rgb_extinction
 from scenes.frame.quality import Quality
-from scenes.render.mitsuba import variants
+from scenes.render import variants
 
 SEED = 1
 

@@ -19,7 +19,7 @@ from scenes.frame.displayed import DisplayedRepresentation, display
 from scenes.frame.quality import Quality
 from scenes.models.stone import boulder_prototypes
 from scenes.preset.load import load_preset
-from scenes.render.mitsuba.variants import choose
+from scenes.render.variants import choose
 from scenes.terrain.terrain import Terrain
 from scenes.world.light import Light
 from scenes.world.world import build_world

@@ -31,12 +31,11 @@ from bench.records.provenance import provenance
 from bench.records.records import FORMAT, FORMAT_VERSION, _hash, read_record
 from lod.errors import InputError
 from lod.metric import Metric
+from scenes.files import check_pattern
 from scenes.plugins import entry_points
 from scenes.preset.errors import known_keys
 from scenes.preset.load import load_preset, preset_from, preset_names
-from scenes.render.files.frame_paths import check_pattern
-from scenes.render.files.manifest import NAME, load_manifest
-from scenes.render.files.whole_frame import whole_frame
+from scenes.render.exr.sequence import NAME, load_manifest, whole_frame
 
 KINDS = 6
 CASES = int(os.environ.get("LODBENCH_FUZZ", "600")) // KINDS
@@ -227,8 +226,8 @@ def test_manifests_and_records(data: st.DataObject) -> None:
 @pytest.fixture(scope="module")
 def frame(tmp_path_factory: pytest.TempPathFactory) -> bytes:
     """One small frame, as it is written."""
-    from scenes.render.sequence.frame_session import FrameSession
-    from scenes.render.sequence.settings import frame_settings
+    from scenes.render.exr.header import frame_settings
+    from scenes.render.frame_session import FrameSession
 
     small = ['render.size="8x8"', "render.spp=1", "view.detail=50"]
     path = tmp_path_factory.mktemp("frame") / "a.0001.exr"

@@ -14,7 +14,7 @@ from bench.studies.films.clips import CLIPS, WAYS, pixels_seen_before, table_row
 from lod.camera import Corner, camera_from_heading
 from scenes.frame.assemble import assemble_frame
 from scenes.preset.load import load_preset
-from scenes.render.files.exr import read_exr
+from scenes.render.exr.layers import read_exr
 from scenes.world.view import view_at
 from scenes.world.world import build_world
 

@@ -1,7 +1,7 @@
 """Panoramas and stereo pairs at one pixel of detail against a quarter: what does pruning change?
 
 One cut serves all directions of a panorama, and both eyes of a pair. Both pictures of a comparison
-have the exposure of one of them and the curve of scenes.render.pictures.tone_map, and are displayed
+have the exposure of one of them and the curve of scenes.render.pictures, and are displayed
 at 67 pixels per degree. Trees and people stand on flat ground, without grass, which nothing shows
 at this size.
 """
@@ -15,7 +15,7 @@ import pytest
 from bench.statistics.excess_flip import LEAST_PAIRS, mean_flip, one_sided_excess
 from scenes.frame.assemble import assemble_frame
 from scenes.preset.load import load_preset
-from scenes.render.mitsuba import variants
+from scenes.render import variants
 from scenes.world.world import build_world
 
 SCENE = (
@@ -55,7 +55,7 @@ def rendered(framing, detail, seed):
 
 
 def displayed(framing, detail, seed):
-    from scenes.render.pictures.tone_map import auto_exposure, to_srgb_8bit
+    from scenes.render.pictures import auto_exposure, to_srgb_8bit
 
     exposure = auto_exposure(rendered(framing, 0.25, 0))
     return to_srgb_8bit(rendered(framing, detail, seed), exposure).astype(np.float32) / 255

@@ -15,7 +15,7 @@ from bench.studies.soak.looks import FRAMES, LOOKS, Truth, frame_name
 from bench.studies.soak.plan import SIGNALS, STREAMS, Burst, Command, Harm, Hit, Moment, plan_round
 from bench.studies.soak.program import Run
 from bench.studies.soak.study import command
-from scenes.render.mitsuba.variants import JIT_VARIANT, SCALAR_VARIANT, works
+from scenes.render.variants import JIT_VARIANT, SCALAR_VARIANT, works
 
 PLANS = [plan_round(1, number) for number in range(400)]
 

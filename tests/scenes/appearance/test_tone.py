@@ -23,7 +23,7 @@ from scenes.appearance.sky import (
     sky_at,
 )
 from scenes.appearance.tone import Illumination, _fit, _solve, fit_tone, lone_object, outgoing_light
-from scenes.render.mitsuba import variants
+from scenes.render import variants
 from scenes.sticks.by_view import ELEVATIONS_DEG, ViewDependence
 from scenes.sticks.prototype import LUMINANCE, PartPlaces, assemble_prototype
 from scenes.sticks.shapes import Shapes

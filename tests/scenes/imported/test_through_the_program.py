@@ -13,10 +13,10 @@ from bench.cli.model_sheet import SIDE
 from lod.errors import InputError
 from scenes.imported.library import keep_model, model_by_digest, read_model
 from scenes.preset.load import load_preset
-from scenes.render.files.exr import read_exr
-from scenes.render.mitsuba.variants import choose
-from scenes.render.sequence.frame_session import FrameSession
-from scenes.render.sequence.settings import frame_settings
+from scenes.render.exr.header import frame_settings
+from scenes.render.exr.layers import read_exr
+from scenes.render.frame_session import FrameSession
+from scenes.render.variants import choose
 from tests.scenes.imported.sample_models import lamp_tree, mill
 
 PRESET = """

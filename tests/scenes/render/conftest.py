@@ -10,7 +10,7 @@ from lod.shapes import Sticks, Triangles
 from scenes.frame.displayed import DisplayedRepresentation
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.quality import Quality
-from scenes.render.mitsuba import variants
+from scenes.render import variants
 from scenes.world.light import Light
 
 GPU_VARIANT = "cuda_ad_rgb"

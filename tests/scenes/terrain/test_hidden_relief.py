@@ -9,7 +9,7 @@ from lod.camera import Corner
 from scenes.frame.assemble import assemble_frame
 from scenes.noise import unit_rms, unit_slope_variance
 from scenes.preset.load import load_preset
-from scenes.render.mitsuba import variants
+from scenes.render import variants
 from scenes.render.pipeline.render import render_frame
 from scenes.terrain.hidden_relief import cavity_albedo, seen_facets, seen_slopes
 from scenes.terrain.relief import Relief, unit_normals

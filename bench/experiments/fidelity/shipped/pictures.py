@@ -16,7 +16,7 @@ from lod.arrays import Reals, freeze
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.layers import SKY_Z
 from scenes.preset.tables import Preset
-from scenes.render.pictures.tone_map import auto_exposure, to_srgb
+from scenes.render.pictures import auto_exposure, to_srgb
 from scenes.render.pipeline.stages import build_frame, trace
 from scenes.sticks.prototype import LUMINANCE
 

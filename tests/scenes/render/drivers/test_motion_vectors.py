@@ -14,7 +14,9 @@ from scenes.frame.frame_input import FrameInput
 from scenes.frame.layers import SKY_Z
 from scenes.frame.window import whole_window
 from scenes.preset.load import load_preset
-from scenes.render.description.describe import describe_frame
+from scenes.render import variants
+from scenes.render.build import build_scene
+from scenes.render.description import describe_frame
 from scenes.render.drivers.motion_vectors import (
     carry_with_stick,
     motion_vectors,
@@ -22,9 +24,7 @@ from scenes.render.drivers.motion_vectors import (
     project,
 )
 from scenes.render.drivers.scalar_passes import render_passes
-from scenes.render.haze.haze import make_haze
-from scenes.render.mitsuba import variants
-from scenes.render.mitsuba.build import build_scene
+from scenes.render.haze import make_haze
 from scenes.render.pipeline.render import render_frame
 from scenes.rig.pose import pose_points
 from scenes.rig.rotations import rotate_vectors, shortest_arc

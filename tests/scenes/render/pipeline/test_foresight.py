@@ -4,11 +4,11 @@ import pytest
 
 from lod.errors import InputError
 from scenes.preset.load import load_preset
+from scenes.render.exr.header import frame_settings
+from scenes.render.frame_session import FrameSession
 from scenes.render.pipeline import foresight
 from scenes.render.pipeline.foresight import _FAR_BELOW, Foresight
 from scenes.render.pipeline.memory_limit import frame_bytes
-from scenes.render.sequence.frame_session import FrameSession
-from scenes.render.sequence.settings import frame_settings
 from scenes.world.forecast import forecast
 from scenes.world.view import view_at
 from scenes.world.world import build_world

@@ -6,7 +6,7 @@ import pytest
 from lod.shapes import Sticks
 from scenes.frame.displayed import DisplayedRepresentation
 from scenes.frame.frame_input import FrameInput
-from scenes.render.mitsuba import variants
+from scenes.render import variants
 from scenes.render.pipeline.render import render_frame
 from scenes.render.pipeline.stages import build_frame, trace
 

@@ -13,7 +13,7 @@ from scenes.frame.assemble import assemble_frame
 from scenes.frame.displayed import DisplayedRepresentation
 from scenes.frame.frame_input import FrameInput
 from scenes.preset.load import load_preset
-from scenes.render.mitsuba import variants
+from scenes.render import variants
 from scenes.render.pipeline.render_subframes import render_subframes
 from scenes.world.world import build_world
 
