@@ -12,7 +12,7 @@ only: that an insect or a windmill refutes it would agree with the paper.
 """
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 from functools import lru_cache
 from typing import Any
@@ -27,7 +27,7 @@ from bench.posing import posing_times
 from bench.records.claims import EXACT, Claim, at_most, claim, four_decimals, within
 from bench.records.records import Point, Record, columns, grouped, where
 from bench.statistics.estimates import TWO_SIDED_TAILS, Estimate, exactly, two_sided_median
-from bench.statistics.power_law import LEAST_ROWS, compare_with_log
+from bench.statistics.fits import LEAST_ROWS, compare_with_log
 from lod.arrays import Ints, Reals
 from lod.camera import Corner, camera_from_heading
 from lod.errors import InputError

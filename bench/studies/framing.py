@@ -15,7 +15,7 @@ import numpy as np
 
 from bench.cli.output import table
 from bench.cli.progress import counted
-from bench.count.count_frame import predict
+from bench.frame_counts import predict
 from bench.records.study_record import study_record, write_study_record
 from bench.statistics.estimates import LEAST_REPEATS, two_sided_mean
 from lod.pruner import prune

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import pytest
 
+from bench.counting import Case
 from bench.experiment import experiments
-from bench.experiments.scaling.measure import sampled_cases
-from bench.fields.cases import Case
+from bench.experiments.law import sampled_cases
 from bench.old_experiment import Effort
 from bench.records.records import write_record
 from bench.report.write import write_report

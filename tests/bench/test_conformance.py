@@ -11,12 +11,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bench import counting as scaling_cases
 from bench.cli.main import main
 from bench.conformance import FORMULA, broken_plugin_rules, rabbits
+from bench.counting import metric_cases
 from bench.experiment import experiments
-from bench.experiments.scaling import measure as scaling
-from bench.fields import cases as scaling_cases
-from bench.fields.cases import metric_cases
+from bench.experiments import law as scaling
 from bench.records.provenance import provenance
 from bench.runs import sources
 from lod.errors import InputError

@@ -4,9 +4,8 @@ import re
 
 import numpy as np
 
-from bench.experiments.depth import plots as depth_plots
-from bench.experiments.depth.claims import QUADRANTS, judge
-from bench.experiments.depth.measure import EXTENTS_M, RAYS, pierced
+from bench.experiments import law as depth_plots
+from bench.experiments.law import EXTENTS_M, QUADRANTS, RAYS, judge, pierced
 from bench.records.provenance import provenance
 from bench.records.records import Column, Point, Record
 from lod.shapes import Sticks

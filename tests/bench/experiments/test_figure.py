@@ -7,32 +7,38 @@ import pytest
 from scipy import stats
 
 from bench.experiment import experiments
-from bench.experiments.figure.cases import (
+from bench.experiments.figure import (
+    COUNTED,
     EVERYTHING,
     METRICS,
     PERSON,
     POINTS_PER_JOINT,
-    Curve,
-    curves,
-    looked_from,
-    object_of,
-)
-from bench.experiments.figure.claims import (
-    COUNTED,
     POSED,
+    RESAMPLES,
     SIZED,
     Counted,
+    Curve,
+    approaches,
+    count,
     counted,
+    curves,
+    displayed_parts,
+    exponent,
+    halves,
     judge,
+    line,
+    looked_from,
     no_smaller,
+    object_of,
+    plots,
+    point_table,
+    rank_correlation,
     readings,
     sized,
+    sizes,
 )
-from bench.experiments.figure.fit import RESAMPLES, exponent, halves, line, rank_correlation
-from bench.experiments.figure.part_counts import approaches, count, displayed_parts, sizes
-from bench.experiments.figure.plots import plots, point_table
-from bench.experiments.figure.posing import posing
 from bench.old_experiment import Effort
+from bench.posing import posing
 from bench.records.records import Point, columns, read_record, write_record
 from bench.report.write import write_report
 from bench.runs import run_experiment

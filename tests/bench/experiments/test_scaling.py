@@ -11,15 +11,25 @@ from hypothesis import strategies as st
 
 import lod.metric
 import lod.view
+from bench import counting as scaling_measure
+from bench.counting import (
+    COLUMNS,
+    EYE_HEIGHT_M,
+    SWEEPS,
+    Case,
+    cases,
+    count_field,
+    disc_in_square,
+    predict,
+    prototypes_of,
+    scene_hash,
+    seed_of,
+    shown_areas,
+    view_of,
+)
 from bench.experiment import experiments, silent
-from bench.experiments.scaling import count_field as scaling_measure
-from bench.experiments.scaling import measure as scaling
-from bench.experiments.scaling.claims import FAR, beyond, judge, noise_of, swept
-from bench.experiments.scaling.count_field import COLUMNS, count_field, scene_hash, seed_of
-from bench.experiments.scaling.measure import SampledCase, sampled_cases
-from bench.experiments.scaling.prediction import disc_in_square, predict, shown_areas
-from bench.fields.cases import EYE_HEIGHT_M, SWEEPS, Case, cases
-from bench.fields.scene import prototypes_of, view_of
+from bench.experiments import law as scaling
+from bench.experiments.law import FAR, SampledCase, beyond, judge, noise_of, sampled_cases, swept
 from bench.old_experiment import Effort
 from bench.records.records import Point, columns, predictions, read_record, write_record
 from bench.runs import run_experiment

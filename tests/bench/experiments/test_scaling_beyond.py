@@ -6,14 +6,22 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from bench.experiments.scaling.cases_beyond import BEYOND, beyond_cases, swept_beyond
-from bench.experiments.scaling.claims import judge
-from bench.experiments.scaling.claims_beyond import judge_beyond, over_bare, over_law
-from bench.experiments.scaling.count_field import COLUMNS, chance, count_field, seed_of, stands
-from bench.experiments.scaling.plots_beyond import beyond_plots
-from bench.experiments.scaling.prediction import cleared, clumping, predict
-from bench.fields.cases import Case
-from bench.fields.scene import KEPT
+from bench.counting import (
+    BEYOND,
+    COLUMNS,
+    KEPT,
+    Case,
+    beyond_cases,
+    chance,
+    cleared,
+    clumping,
+    count_field,
+    predict,
+    seed_of,
+    stands,
+    swept_beyond,
+)
+from bench.experiments.law import beyond_plots, judge, judge_beyond, over_bare, over_law
 from bench.records.provenance import provenance
 from bench.records.records import Point, Record, columns, predictions
 from tests.bench.edited import edited
