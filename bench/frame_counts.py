@@ -34,9 +34,9 @@ from lod.law import (
 from lod.pruner import Cut, prune
 from lod.view import View
 from scenes.field.species_field import SpeciesField
-from scenes.preset.load import load_preset, preset_names
-from scenes.world.view import view_at
-from scenes.world.world import World, build_world
+from scenes.presets.load import preset_names
+from scenes.scene import Scene
+from scenes.world.world import World
 
 _NODES = 2**16
 """Nodes of the law's integral over the ground of one species: right to 0.05 % in the presets."""
@@ -302,9 +302,8 @@ def golden_counts(counts: Counts) -> dict[str, Any]:
 
 def first_frame_counts(preset: str) -> Counts:
     """Count the first frame of a preset without any setting changed."""
-    chosen = load_preset(preset)
-    world = build_world(chosen)
-    return count(world, view_at(world, chosen, 1))
+    scene = Scene(preset)
+    return count(scene.world, scene.view(1))
 
 
 def _renew_workloads() -> None:

@@ -24,8 +24,7 @@ from lod.metric import METRICS
 from lod.pruner import prune
 from lod.view import View, distance
 from lod.viewing import ViewingConditions
-from scenes.field.placement import Species
-from scenes.field.species_field import SpeciesField
+from scenes.field.species_field import Species, SpeciesField
 from scenes.sticks.prototype import Prototype
 
 BOUNDS_M = (0.1, 0.3, 1.0, 3.0)

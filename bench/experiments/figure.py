@@ -34,7 +34,7 @@ from lod.errors import InputError
 from lod.view import View
 from scenes.figures.animal_file import animal
 from scenes.figures.person import people_at_rest
-from scenes.plugins.entry_points import metric_by_name
+from scenes.plugins import metric_by_name
 from scenes.rig.rigged_prototype import RiggedPrototype
 
 PERSON = "person"

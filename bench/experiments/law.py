@@ -52,8 +52,7 @@ from lod.crossfade import blend_weights
 from lod.metric import METRICS
 from lod.pruner import prune
 from lod.view import View
-from scenes.field.placement import Species
-from scenes.field.species_field import SpeciesField
+from scenes.field.species_field import Species, SpeciesField
 
 # Cases and what is measured of them.
 

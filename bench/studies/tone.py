@@ -17,8 +17,7 @@ from pathlib import Path
 
 import click
 
-from bench.cli.output import table
-from bench.cli.progress import progress_bar
+from bench.cli.output import progress_bar, table
 from bench.experiments.cover.claims import judge
 from bench.experiments.cover.measure import field
 from bench.experiments.cover.scene import AIRS, LOOKS, Case

@@ -17,7 +17,7 @@ from bench.old_experiment import Effort
 from bench.records.provenance import scene_digest
 from bench.records.records import Column, Point, columns
 from bench.seeds import first_seed
-from scenes.preset.load import load_preset
+from scenes.presets.load import load_preset
 from scenes.render.variants import choose
 
 SETTINGS = ("render.size=320x180", "render.spp=8", "species.sward.density=0")

@@ -21,10 +21,10 @@ from lod.metric import METRICS
 from lod.view import View
 from scenes.frame.layers import SKY_Z
 from scenes.models.catalogue import PROTOTYPE_SEED
-from scenes.plugins.entry_points import metric_by_name
-from scenes.preset.load import load_preset, preset_from
-from scenes.preset.tables import Preset
-from scenes.world.view import view_at
+from scenes.plugins import metric_by_name
+from scenes.presets.load import load_preset, preset_from
+from scenes.presets.schema import Preset
+from scenes.scene import view_at
 from scenes.world.world import World, build_world
 
 VIEWS = {

@@ -19,9 +19,8 @@ from lod.pruner import prune
 from lod.shapes import Sticks, StickTable
 from lod.view import View
 from scenes.appearance.visible_area import first_met
-from scenes.field.placement import Species
-from scenes.field.species_field import SpeciesField
-from scenes.plugins.entry_points import metric_by_name
+from scenes.field.species_field import Species, SpeciesField
+from scenes.plugins import metric_by_name
 
 SPECIES = ("figure", "tree")
 METRICS_TRIED = ("blake", "bounded", "solid_angle")

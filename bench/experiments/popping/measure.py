@@ -26,9 +26,8 @@ from lod.law import chained_limits
 from lod.metric import METRICS
 from lod.pruner import Cut, prune
 from lod.view import View, distance
-from scenes.field.placement import Species
-from scenes.field.species_field import SpeciesField
-from scenes.preset.load import load_preset
+from scenes.field.species_field import Species, SpeciesField
+from scenes.presets.load import load_preset
 from scenes.render.variants import choose
 from scenes.sticks.prototype import Prototype
 from scenes.world.world import build_world

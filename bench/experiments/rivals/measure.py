@@ -46,13 +46,12 @@ from bench.records.records import Column, Point
 from bench.statistics.excess_flip import mean_flip
 from bench.windows import Picture
 from scenes.frame.layers import SKY_Z, Layers
-from scenes.preset.load import load_preset
-from scenes.preset.tables import Preset
+from scenes.presets.load import load_preset
+from scenes.presets.schema import Preset
+from scenes.render.memory import forecast, frame_bytes, memory_limit
 from scenes.render.pictures import auto_exposure, to_srgb
-from scenes.render.pipeline.memory_limit import frame_bytes, memory_limit
 from scenes.render.variants import choose
-from scenes.world.forecast import forecast
-from scenes.world.view import view_at
+from scenes.scene import view_at
 from scenes.world.world import World, build_world
 
 JUDGED = "blake", "clipped", "discrete", "stochastic"

@@ -17,7 +17,7 @@ from bench.windows import first_view, plain_scene, scene_bytes
 from bench.windows import scene_hash as plain_hash
 from lod.law import max_ground_distance
 from lod.pruner import prune
-from scenes.preset.load import load_preset
+from scenes.presets.load import load_preset
 
 PRESET, SPECIES, SIZE = "crowd", "figure", "96x54"
 WORLDS = (1e3, 1e5, 1e6, 1e9, 1e12, 1e15)

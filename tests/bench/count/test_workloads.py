@@ -8,7 +8,7 @@ from bench import frame_counts as workloads
 from bench.cli.main import main
 from bench.frame_counts import Workload, first_frame_counts, workload_named
 from lod.errors import InputError
-from scenes.preset.load import preset_names
+from scenes.presets.load import preset_names
 
 QUICK = "fly_in"
 

@@ -35,9 +35,9 @@ from lod.metric import METRICS
 from lod.pruner import prune
 from lod.view import in_view
 from scenes.frame.layers import Layers
-from scenes.preset.load import load_preset
+from scenes.presets.load import load_preset
+from scenes.scene import preset_air, view_at
 from scenes.sticks.prototype import LUMINANCE
-from scenes.world.view import preset_air, view_at
 from scenes.world.world import build_world
 
 EXPERIMENTS = experiments()

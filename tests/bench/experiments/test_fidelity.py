@@ -40,7 +40,7 @@ from bench.records.records import Column, Point, Record, columns, merge_points
 from bench.seeds import BUILDING_SEEDS
 from scenes.frame.layers import Layers
 from scenes.models.catalogue import PROTOTYPE_SEED
-from scenes.preset.load import load_preset
+from scenes.presets.load import load_preset
 
 EXPERIMENTS = experiments()
 

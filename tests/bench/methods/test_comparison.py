@@ -35,7 +35,7 @@ from bench.methods.video import just_objectionable_differences
 from bench.records.records import Column, Point, where
 from bench.windows import Picture
 from lod.errors import InputError
-from scenes.plugins import entry_points
+from scenes import plugins as entry_points
 from scenes.world.world import build_world
 
 PLUGIN = Path(__file__).parents[2] / "plugin"

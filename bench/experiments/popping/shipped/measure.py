@@ -17,8 +17,8 @@ from bench.old_experiment import Effort
 from bench.records.provenance import scene_digest
 from bench.records.records import Point, columns
 from bench.seeds import first_seed
-from scenes.preset.load import load_preset
-from scenes.preset.tables import Preset
+from scenes.presets.load import load_preset
+from scenes.presets.schema import Preset
 from scenes.render.variants import choose
 from scenes.world.world import World, build_world
 
