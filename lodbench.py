@@ -20,12 +20,12 @@ from lod.errors import InputError
 from lod.metric import Metric
 from lod.pruner import Representation
 from scenes.frame.layers import SKY_Z, Layers
-from scenes.preset.load import Setting
-from scenes.preset.load import load_preset as _load_preset
-from scenes.preset.tables import Preset
+from scenes.presets.load import Setting
+from scenes.presets.load import load_preset as _load_preset
+from scenes.presets.schema import Preset
 
 if TYPE_CHECKING:
-    from bench.count.count_frame import Counts
+    from bench.frame_counts import Counts
     from bench.records.records import Record
 
 __all__ = [
@@ -75,14 +75,13 @@ def count(preset: Preset | str, frame: int = 1) -> "Counts":
     standard deviation ``predicted_sd`` of that), by species and by level. Raises InputError for a
     preset that cannot be, or a budget that no detail meets.
     """
-    from bench.count.count_frame import count as count_view
+    from bench.frame_counts import count as count_view
     from scenes.render.budget import within_budget
-    from scenes.world.view import view_at
-    from scenes.world.world import build_world
+    from scenes.scene import Scene
 
     chosen = within_budget(_preset(preset), (frame,))
-    world = build_world(chosen)
-    return count_view(world, view_at(world, chosen, frame))
+    scene = Scene(chosen)
+    return count_view(scene.world, scene.view(frame))
 
 
 def render(
@@ -156,7 +155,7 @@ def run_experiment(name: str, quick: bool = False, seed: int = 0) -> "Record":
     from bench.experiment import experiments
     from bench.runs import RunRequest
     from bench.runs import run_experiment as run
-    from scenes.preset.errors import nearest_name
+    from scenes.presets.keys import nearest_name
 
     known = experiments()
     if name not in known:

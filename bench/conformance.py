@@ -23,8 +23,7 @@ from lod.view import View, in_view
 from scenes.field.species_field import Species, SpeciesField
 from scenes.ground.terrain import Terrain
 from scenes.models.catalogue import model_prototypes
-from scenes.plugins.entry_points import metric_by_name
-from scenes.plugins.representation import make_representation, plugin_by_name
+from scenes.plugins import make_representation, metric_by_name, plugin_by_name
 
 _OF_POINTS = {"position", "centre", "start", "end", "tints", "vertices", "normals", "colours"}
 _OF_POINTS |= {"faces", "glows"}

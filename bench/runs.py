@@ -33,7 +33,7 @@ from bench.records.records import (
     write_record,
 )
 from lod.errors import InputError
-from scenes.plugins.entry_points import modules
+from scenes.plugins import modules
 from scenes.processes.cache import PACKAGES, source_digest
 
 CaseExecutor = Callable[[Callable[..., Any], Sequence[tuple[Any, ...]]], Iterator[Any]]

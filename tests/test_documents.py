@@ -14,7 +14,7 @@ import lodbench
 from bench.cli.main import COMMANDS
 from bench.experiment import experiments
 from bench.studies.registry import study_descriptions
-from scenes.preset.load import load_preset, preset_names
+from scenes.presets.load import load_preset, preset_names
 
 EXPERIMENTS = experiments()
 

@@ -20,7 +20,7 @@ from bench.statistics.excess_flip import mean_flip
 from scenes.render import variants
 from scenes.render.description import Description, describe_frame
 from scenes.render.pictures import auto_exposure, to_srgb
-from scenes.render.pipeline.stages import build_frame
+from scenes.render.render import build_frame
 from scenes.world.world import build_world
 
 SKY_ROWS = 256

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import psutil
 
-from scenes.plugins.entry_points import packages
+from scenes.plugins import packages
 
 _PACKAGES = (
     *("lodbench", "numpy", "scipy", "numba", "statsmodels", "mitsuba", "drjit", "OpenEXR"),

@@ -24,7 +24,7 @@ from lod.arrays import frozen
 from lod.errors import InputError
 from scenes.actors.behaviour import Acts, Behaviour, Me
 from scenes.actors.body import Course
-from scenes.plugins.entry_points import BEHAVIOUR, distribution, installed, load_entry
+from scenes.plugins import BEHAVIOUR, distribution, installed, load_entry
 
 _PARALLEL = 1e-9
 

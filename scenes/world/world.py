@@ -16,10 +16,10 @@ from scenes.models.catalogue import PROTOTYPE_SEED, model_prototypes
 from scenes.particles.dust import Dust
 from scenes.particles.footfalls import Soil
 from scenes.particles.plume import KINDS, Plume
-from scenes.plugins.representation import GroundedRepresentation, make_representation
-from scenes.preset.acting import has_acting
-from scenes.preset.object_tables import PlacedPreset, PlumePreset, SpeciesPreset
-from scenes.preset.tables import Preset
+from scenes.plugins import GroundedRepresentation, make_representation
+from scenes.presets.load import has_acting
+from scenes.presets.schema import Preset
+from scenes.presets.things import PlacedPreset, PlumePreset, SpeciesPreset
 from scenes.processes.progress import work
 from scenes.trees.species import Weather
 from scenes.world.light import sun_and_sky

@@ -15,7 +15,7 @@ from lod.shapes import Sticks
 from lod.view import View
 from scenes.actors.behaviour import Acts, Me
 from scenes.ground.relief import Ground
-from scenes.plugins.representation import RepresentationPlugin
+from scenes.plugins import RepresentationPlugin
 
 HALFWAY = Metric("halfway", lambda P, R, m: P / m + 0.5 * R, "P > m·(d − R/2): between two of ours")
 

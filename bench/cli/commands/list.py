@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from bench.cli.flag_rules import StrictCommand
+from bench.cli.flags import StrictCommand
 from bench.cli.output import output, table
 
 if TYPE_CHECKING:
-    from scenes.preset.keys import KeyEntry
+    from scenes.presets.keys import KeyEntry
 
 
 @click.command("list", cls=StrictCommand)
@@ -33,9 +33,8 @@ def command(preset: str | None, as_json: bool) -> None:
     from lod.metric import METRICS, Metric
     from scenes.actors.behaviours import described_behaviours
     from scenes.model_files.names import models_folder, user_model_names
-    from scenes.plugins.entry_points import METRIC, REPRESENTATION, described
-    from scenes.plugins.representation import RepresentationPlugin
-    from scenes.preset.load import preset_names
+    from scenes.plugins import METRIC, REPRESENTATION, RepresentationPlugin, described
+    from scenes.presets.load import preset_names
 
     sections = {
         "presets": dict(preset_names()),
@@ -60,8 +59,8 @@ def command(preset: str | None, as_json: bool) -> None:
 
 def _keys(preset: str, as_json: bool) -> None:
     """List all keys that -D takes, or those of one preset with its values."""
-    from scenes.preset.keys import key_entries
-    from scenes.preset.load import load_preset, preset_values
+    from scenes.presets.keys import key_entries
+    from scenes.presets.load import load_preset, preset_values
 
     rows: list[tuple[Any, ...]]
     if preset:

@@ -7,15 +7,13 @@ from typing import TYPE_CHECKING
 
 import click
 
-from bench.cli.flag_rules import StrictCommand
-from bench.cli.frame_flags import memory_flag_of_all
-from bench.cli.output import Output, output, table
-from bench.cli.progress import RunTime, progress_bar, time_left_text
+from bench.cli.flags import StrictCommand, memory_flag_of_all
+from bench.cli.output import Output, RunTime, output, progress_bar, table, time_left_text
 from bench.runs import CaseExecutor, dask_executor
 from lod.errors import InputError
 from scenes.files import make_folder
-from scenes.preset.errors import nearest_name
-from scenes.preset.values import LARGEST_SEED
+from scenes.presets.keys import nearest_name
+from scenes.presets.values import LARGEST_SEED
 
 if TYPE_CHECKING:
     from bench.records.claims import Claim
@@ -109,7 +107,7 @@ def _check_metric(metric: str, names: Sequence[str]) -> None:
     """Raise InputError for a metric that is unknown, built in, or not accepted by an experiment."""
     from bench.experiment import experiments
     from lod.metric import METRICS
-    from scenes.plugins.entry_points import metric_by_name
+    from scenes.plugins import metric_by_name
 
     metric_by_name(metric)
     if metric in METRICS:

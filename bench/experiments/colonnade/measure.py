@@ -25,7 +25,7 @@ from bench.experiments.colonnade.scene import (
 from bench.old_experiment import Effort
 from bench.records.provenance import scene_digest
 from bench.records.records import Column, Point, columns
-from scenes.frame.quality import Quality
+from scenes.frame.frame_input import Quality
 from scenes.models.stone import column
 from scenes.render.variants import choose
 

@@ -15,9 +15,9 @@ from bench.records.provenance import scene_digest
 from bench.records.records import Column, Point
 from bench.statistics.excess_flip import LEAST_PAIRS
 from lod.pruner import prune
-from scenes.preset.load import load_preset
+from scenes.presets.load import load_preset
 from scenes.render.variants import choose
-from scenes.world.view import view_at
+from scenes.scene import view_at
 from scenes.world.world import World, build_world
 
 FRAME = 5

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bench.fields.part_sizes import camera, density_of, prototypes_with, seed_of
-from bench.fields.scene import FLAT
+from bench.counting import FLAT
 from bench.old_experiment import Effort
+from bench.part_sizes import camera, density_of, prototypes_with, seed_of
 from bench.records.records import Point, columns
 from lod.arrays import Ints
 from lod.crossfade import blend_weights
@@ -20,7 +20,7 @@ from lod.shapes import Sticks, StickTable
 from lod.view import View
 from scenes.appearance.visible_area import first_met
 from scenes.field.species_field import Species, SpeciesField
-from scenes.plugins.entry_points import metric_by_name
+from scenes.plugins import metric_by_name
 
 SPECIES = ("figure", "tree")
 METRICS_TRIED = ("blake", "bounded", "solid_angle")

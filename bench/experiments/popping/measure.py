@@ -11,16 +11,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bench.counting import EYE_HEIGHT_M, FLAT
 from bench.experiments.popping.claims import QUANTILES, SWITCHED, WAYS
 from bench.experiments.popping.unexplained_change import seen_of, walk
-from bench.fields.cases import EYE_HEIGHT_M
-from bench.fields.judged_seeds import first_seed
-from bench.fields.part_sizes import density_of, prototypes_with, seed_of
-from bench.fields.part_sizes import scene_hash as fields_hash
-from bench.fields.scene import FLAT
 from bench.old_experiment import Effort
+from bench.part_sizes import density_of, prototypes_with, seed_of
+from bench.part_sizes import scene_hash as fields_hash
 from bench.records.provenance import scene_digest
 from bench.records.records import Column, Point, columns, predictions
+from bench.seeds import first_seed
 from lod.arrays import Reals
 from lod.camera import Corner, camera_from_heading
 from lod.law import chained_limits
@@ -28,7 +27,7 @@ from lod.metric import METRICS
 from lod.pruner import Cut, prune
 from lod.view import View, distance
 from scenes.field.species_field import Species, SpeciesField
-from scenes.preset.load import load_preset
+from scenes.presets.load import load_preset
 from scenes.render.variants import choose
 from scenes.sticks.prototype import Prototype
 from scenes.world.world import build_world

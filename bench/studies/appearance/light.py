@@ -18,11 +18,9 @@ from lod.camera import Camera, Corner
 from lod.pruner import Cut, Parts, cut_from_parts
 from lod.shapes import Triangles
 from scenes.appearance.tone import Illumination
-from scenes.frame.displayed import DisplayedRepresentation
-from scenes.frame.frame_input import FrameInput
-from scenes.frame.quality import Quality
+from scenes.frame.frame_input import DisplayedRepresentation, FrameInput, Quality
 from scenes.ground.shading import GROUND_MATERIALS
-from scenes.render.pipeline.render import render_frame
+from scenes.render.render import render_frame
 from scenes.render.variants import choose
 from scenes.sticks.prototype import LUMINANCE
 from scenes.world.light import Light

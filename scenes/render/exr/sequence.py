@@ -26,7 +26,7 @@ from scenes.files import DiskError, frame_path, make_folder, may_name, partial_p
 from scenes.processes.ownership import Claimed, claim
 from scenes.render.exr.header import FRAME, Record, Settings, settings_in
 from scenes.render.exr.layers import UNREADABLE_CURE, is_sealed, read_header
-from scenes.render.pipeline.peak_memory import peak_rss_bytes
+from scenes.render.memory import peak_rss_bytes
 
 
 def whole_frame(path: str | Path) -> tuple[int, dict[str, Any]]:

@@ -11,7 +11,7 @@ import numpy as np
 
 from lod.errors import InputError
 from scenes.files import may_name, stray_partials
-from scenes.preset.tables import Preset
+from scenes.presets.schema import Preset
 from scenes.render.exr.header import (
     FRAME,
     Record,

@@ -23,7 +23,7 @@ from bench.experiments.colonnade.scene import (
     places,
 )
 from bench.runs import run_experiment
-from scenes.frame.quality import Quality
+from scenes.frame.frame_input import Quality
 from scenes.models.stone import HEIGHT_M, RADIUS_M, column
 from scenes.render.variants import choose
 from tests.bench.edited import edited

@@ -27,17 +27,17 @@ from bench.experiments.cover.scene import (
     whole,
     window_view,
 )
-from bench.fields.judged_seeds import BUILDING_SEEDS
 from bench.records.provenance import provenance
 from bench.records.records import Column, Point, Record
+from bench.seeds import BUILDING_SEEDS
 from lod.air import rgb_extinction
 from lod.metric import METRICS
 from lod.pruner import prune
 from lod.view import in_view
 from scenes.frame.layers import Layers
-from scenes.preset.load import load_preset
+from scenes.presets.load import load_preset
+from scenes.scene import preset_air, view_at
 from scenes.sticks.prototype import LUMINANCE
-from scenes.world.view import preset_air, view_at
 from scenes.world.world import build_world
 
 EXPERIMENTS = experiments()

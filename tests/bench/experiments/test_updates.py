@@ -12,7 +12,7 @@ from bench.experiments.updates.measure import BUDGET, CROWD, MOVES, SPEEDS, THRE
 from bench.records.records import Column, Point
 from bench.runs import run_experiment
 from lod.update_schedule import WINDOW
-from scenes.preset.load import load_preset
+from scenes.presets.load import load_preset
 from scenes.world.world import build_world
 from tests.bench.edited import edited
 

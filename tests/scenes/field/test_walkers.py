@@ -19,11 +19,10 @@ from scenes.figures.animal_file import animal
 from scenes.figures.gait import heel_and_ball
 from scenes.figures.patrol import MIN_STRIDE_FACTOR
 from scenes.models.catalogue import at_rest, people
-from scenes.preset.load import load_preset
+from scenes.presets.load import load_preset
 from scenes.rig.foot_placement import BODY, FOOTPRINT, SOLE, Placements, place_on_ground
 from scenes.rig.pose import PoseTables, pose_points
-from scenes.world.view import view_at
-from scenes.world.world import build_world
+from scenes.scene import Scene
 from tests.scenes.field.brute_force import Waves, drawn, objects_in, pruned
 from tests.scenes.figures.contact_errors import lowest_heights, sample_cycle
 from tests.scenes.figures.motion_phase import motion_at
@@ -252,23 +251,24 @@ def _areas(prototype, view, eye):
 def preset_field(name):
     """The people of a preset, fewer kinds of them, and the preset."""
     preset = load_preset(name, ["species.figure.prototypes=4", "species.tree.density=0"])
-    world = build_world(preset)
-    return world, preset, world.fields[0]
+    scene = Scene(preset)
+    world = scene.world
+    return scene, world.fields[0]
 
 
 @lru_cache(maxsize=4)
 def prune_of(name, frame):
     """The cut of the people of a preset in one frame."""
-    world, preset, field = preset_field(name)
-    return prune(field, view_at(world, preset, frame))
+    scene, field = preset_field(name)
+    return prune(field, scene.view(frame))
 
 
 def people_near(name, frame, most=250):
     """The nearest of which a foot could be displayed, on slopes that people walk: their bodies, and
     the corner.
     """
-    world, preset, field = preset_field(name)
-    view, parts = view_at(world, preset, frame), prune_of(name, frame).parts
+    scene, field = preset_field(name)
+    view, parts = scene.view(frame), prune_of(name, frame).parts
     instances = parts.state.instances
     who = parts.object[parts.parent < 0]
     who = who[contact_levels(field, view, instances, who) == SOLE]
@@ -336,8 +336,8 @@ def test_who_is_too_far_to_show_feet_stands_as_well_as_can_be_seen(name):
     """On any slope, by less than a quarter of the detail that is displayed there; and there are
     many of whom only the whole could be, and many of whom more could.
     """
-    world, preset, field = preset_field(name)
-    view, parts = view_at(world, preset, 1), prune_of(name, 1).parts
+    scene, field = preset_field(name)
+    view, parts = scene.view(1), prune_of(name, 1).parts
     instances, who = parts.state.instances, parts.object[parts.parent < 0]
     heed = contact_levels(field, view, instances, who)
     for closely in (FOOTPRINT, BODY):
@@ -360,8 +360,9 @@ def test_no_animal_floats_or_sinks():
     an ostrich, which lie on slopes along its way and not on those across it.
     """
     preset = load_preset("zoo", ["species.tree.density=0"])
-    world = build_world(preset)
-    view = view_at(world, preset, 5)
+    scene = Scene(preset)
+    world = scene.world
+    view = scene.view(5)
     for field in world.fields:
         legs = field.prototypes.pose_tables.max_legs
         if not legs:

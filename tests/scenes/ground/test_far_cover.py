@@ -17,11 +17,10 @@ from scenes.ground.far_cover import AggregateCover, outlines_between, turbid_can
 from scenes.ground.relief import Relief
 from scenes.ground.stand import DEPRESSIONS_DEG, full_detail_sticks, measure_stand, randoms_per_path
 from scenes.models.catalogue import model_prototypes
-from scenes.preset.load import load_preset
+from scenes.presets.load import load_preset
+from scenes.scene import Scene
 from scenes.sticks.prototype import PartPlaces, assemble_prototype
 from scenes.trees.species import Weather
-from scenes.world.view import view_at
-from scenes.world.world import build_world
 
 GREY = 0.2
 
@@ -87,7 +86,7 @@ def test_light_is_followed_as_far_as_the_preset_says():
     assert seen[0] == seen[1] and (np.diff(seen[1:]) > 0.01).all()
     assert [randoms_per_path(depth) for depth in (1, 2, 4, 64)] == [2, 2, 6, 126]
     preset = load_preset("meadow", ["render.max_depth=7"])
-    assert build_world(preset).terrain.aggregate_cover.max_depth == 7
+    assert Scene(preset).world.terrain.aggregate_cover.max_depth == 7
 
 
 @pytest.fixture(scope="module")
@@ -96,7 +95,7 @@ def covered():
     balls = Species("balls", (ball(4.0, 2.0),), 0.02)
     preset = load_preset("meadow", keys)
     cover = AggregateCover((balls,), np.array((0.6, 0.0, 0.8)), sky_at(53.0, 3.0))
-    return cover, view_at(build_world(preset), preset, 1)
+    return cover, Scene(preset).view(1)
 
 
 def ground(view, distances):
@@ -194,8 +193,9 @@ def test_a_world_and_its_window_have_the_same_ground():
     views = [load_preset("meadow", [*keys, *more]) for more in ([], ["world.extent=50"])]
     shapes = []
     for preset in views:
-        world = build_world(preset)
-        view = view_at(world, preset, 1)
+        scene = Scene(preset)
+        world = scene.world
+        view = scene.view(1)
         tiles = world.terrain.roots(view)
         lifted = world.terrain.aggregate_cover.residual(view, tiles.centre).lift
         shapes.append(lifted)

@@ -32,9 +32,8 @@ from scenes.noise import (
     twin_values,
     unit_rms,
 )
-from scenes.preset.load import load_preset
-from scenes.world.view import view_at
-from scenes.world.world import build_world
+from scenes.presets.load import load_preset
+from scenes.scene import Scene
 
 HOME = Corner(0, 0)
 FAR = Corner(62_500_000_123, -62_499_999_877)  # 10^12 m from home
@@ -378,8 +377,9 @@ def test_no_point_minds_which_were_asked_for_before_it():
 def test_positions_are_exact_to_a_micrometre(cell):
     """Homes relative to the eye, against rational arithmetic on the plane's own coordinates."""
     preset = load_preset("meadow", [f"camera.cell={list(cell)}", "render.size=320x180"])
-    world = build_world(preset)
-    view = view_at(world, preset, 1)
+    scene = Scene(preset)
+    world = scene.world
+    view = scene.view(1)
     corner, eye = view.camera.corner, view.camera.eye
     assert abs(corner.x) * GRID_M >= (1e12 if cell[0] else 0)
     for field in world.fields:
@@ -405,8 +405,9 @@ def test_a_frame_does_not_know_how_far_the_world_goes():
     for side in (8e3, 1.8e8, None):
         extent = [] if side is None else [f"world.extent={side!r}"]
         preset = load_preset("crowd", ["render.size=160x90", *extent])
-        world = build_world(preset)
-        cuts.append(prune(world.fields[0], view_at(world, preset, 3)))
+        scene = Scene(preset)
+        world = scene.world
+        cuts.append(prune(world.fields[0], scene.view(3)))
     for cut in cuts[1:]:
         for name in ("object", "part", "parent", "level"):
             assert np.array_equal(getattr(cut, name), getattr(cuts[0], name))

@@ -15,7 +15,6 @@ import pytest
 from lod.arrays import Points, Reals
 from lod.camera import Corner
 from lod.errors import InputError
-from scenes.frame.assemble import assemble_frame
 from scenes.ground.relief import Relief, unit_normals
 from scenes.ground.shading import (
     GROUND_MATERIALS,
@@ -30,10 +29,10 @@ from scenes.ground.shading import (
 )
 from scenes.ground.terrain import Terrain
 from scenes.noise import unit_rms, unit_slope_variance
-from scenes.preset.load import load_preset
+from scenes.presets.load import load_preset
 from scenes.render import variants
-from scenes.render.pipeline.render import render_frame
-from scenes.world.world import build_world
+from scenes.render.render import render_frame
+from scenes.scene import Scene
 from tests.scenes.ground.grounds import HILLS, cut_and_mesh, view_of
 
 
@@ -293,7 +292,7 @@ def patch_light(ridged, amplitude, depression, sun, azimuth, detail):
             "render.spp=16",
         ],
     )
-    frame = assemble_frame(build_world(preset), preset, 1, variants.JIT_VARIANT)
+    frame = Scene(preset).input(1, variants.JIT_VARIANT)
     return float(render_frame(frame).rgb.mean())
 
 

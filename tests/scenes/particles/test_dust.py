@@ -19,8 +19,8 @@ from scenes.models.catalogue import people
 from scenes.particles.dust import Dust, DustFrame
 from scenes.particles.footfalls import Soil, Walkers, footfalls, landing, object_keys
 from scenes.particles.puffs import HIGH, LIFE_S, settling_speed, wind_near_ground
-from scenes.preset.load import preset_from
-from scenes.world.world import build_world
+from scenes.presets.load import preset_from
+from scenes.scene import Scene
 from tests.scenes.particles.levels import drawn, level
 
 HOME = Corner(0, 0)
@@ -234,7 +234,8 @@ def test_the_preset_says_where_the_wind_blows_to():
         "plumes": {"with_it": plume, "of_its_own": plume | {"wind": 30.0}},
         "species": {"figure": {"model": "figure", "density": 0.02, "patrol": 6.0, "dust": True}},
     }
-    world = build_world(preset_from(tables))
+    scene = Scene(preset_from(tables))
+    world = scene.world
     assert [each.azimuth_deg for each in world.plumes] == [180.0, 30.0]
     (south,) = world.dust
     assert south.air.downwind == pytest.approx((0.0, -1.0))
@@ -267,8 +268,7 @@ def test_walkers_are_told_apart():
 def test_only_who_is_asked_to_throws_up_dust():
     table = {"model": "rabbit", "density": 0.01, "patrol": 5.0}
     clean, dusty = (
-        build_world(preset_from({"species": {"hare": table | asked}}))
-        for asked in ({}, {"dust": True})
+        Scene(preset_from({"species": {"hare": table | asked}})) for asked in ({}, {"dust": True})
     )
     assert clean.dust == () and clean.beside == ()
     assert [each.name for each in dusty.beside] == ["hare.dust"]

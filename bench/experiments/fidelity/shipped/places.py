@@ -1,6 +1,6 @@
 """In which places is a preset judged? Fixed by a rule, and never looked at while scenes are built.
 
-Place k of a preset is the preset in the world of the k-th seed (``bench.fields.judged_seeds``),
+Place k of a preset is the preset in the world of the k-th seed (``bench.seeds``),
 seen from where the preset's eye stands but turned by k × 60°, with the sun 20° high where k is even
 and 55° where it is odd.
 
@@ -11,8 +11,8 @@ flight, of which frames 1, 24 and 48 are judged, at τ = 1 px in place of the ex
 import math
 from dataclasses import dataclass
 
-from scenes.preset.load import load_preset
-from scenes.preset.tables import Preset
+from scenes.presets.load import load_preset
+from scenes.presets.schema import Preset
 
 SUN_ELEVATIONS = (20.0, 55.0)
 """Elevations of the sun in even and in odd places [degrees]."""

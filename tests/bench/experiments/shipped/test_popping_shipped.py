@@ -14,10 +14,9 @@ from lod.camera import Corner, camera_from_heading
 from lod.metric import METRICS
 from lod.pruner import prune
 from lod.view import View
-from scenes.frame.displayed import display
-from scenes.frame.quality import Quality
+from scenes.frame.frame_input import Quality, display
 from scenes.ground.terrain import Terrain
-from scenes.preset.load import load_preset
+from scenes.presets.load import load_preset
 from scenes.render.variants import choose
 from scenes.world.light import Light
 
