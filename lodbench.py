@@ -25,7 +25,7 @@ from scenes.presets.load import load_preset as _load_preset
 from scenes.presets.schema import Preset
 
 if TYPE_CHECKING:
-    from bench.count.count_frame import Counts
+    from bench.frame_counts import Counts
     from bench.records.records import Record
 
 __all__ = [
@@ -75,7 +75,7 @@ def count(preset: Preset | str, frame: int = 1) -> "Counts":
     standard deviation ``predicted_sd`` of that), by species and by level. Raises InputError for a
     preset that cannot be, or a budget that no detail meets.
     """
-    from bench.count.count_frame import count as count_view
+    from bench.frame_counts import count as count_view
     from scenes.render.budget import within_budget
     from scenes.scene import Scene
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from bench.fields.windows import Picture, window_preset
+from bench.windows import Picture, window_preset
 from lod.air import CLEAR
 from lod.pruner import prune
 from scenes.presets.load import load_preset

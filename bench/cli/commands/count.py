@@ -16,8 +16,7 @@ from lod.errors import InputError
 from scenes.processes.memory import peak_rss_bytes
 
 if TYPE_CHECKING:
-    from bench.count.count_frame import Counts, SpeciesCount
-    from bench.count.workloads import Workload
+    from bench.frame_counts import Counts, SpeciesCount, Workload
     from scenes.presets.schema import Preset
 
 
@@ -37,7 +36,7 @@ def command(preset: str, frame: int, as_json: bool, max_memory: str | None, **fl
     chosen = preset_from_flags(workload.preset if workload else preset, **flags)
     if workload:
         _check_as_it_is(workload, chosen, frame)
-    from bench.count.count_frame import Stopwatch, count
+    from bench.frame_counts import Stopwatch, count
     from scenes.render.budget import within_budget
     from scenes.render.memory import preflight
     from scenes.scene import Scene
@@ -67,7 +66,7 @@ def _workload(preset: str) -> "Workload | None":
     """Find the workload that a name with a version stands for; None for a plain preset."""
     if "@" not in preset:
         return None
-    from bench.count.workloads import workload_named
+    from bench.frame_counts import workload_named
 
     return workload_named(preset)
 

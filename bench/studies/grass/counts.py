@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from bench.count.count_frame import count
+from bench.frame_counts import count
 from bench.studies.grass.frames import PRESET
 from lod.errors import InputError
 from lod.pruner import prune
