@@ -32,10 +32,11 @@ from scenes.frame.frame_input import (
     sampler_seed,
 )
 from scenes.frame.layers import Coverage, Layers, add_coverage
+from scenes.render import pictures as denoise
 from scenes.render import variants
 from scenes.render.description import MEDIUM, Description, describe_frame, with_camera
 from scenes.render.memory import check_memory
-from scenes.render.pictures import check_denoiser, denoise
+from scenes.render.pictures import check_denoiser
 
 
 def ignore_samples(samples: int) -> None:

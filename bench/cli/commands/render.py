@@ -195,7 +195,9 @@ def _preview(
     out: Output, preset: Preset, pattern: str, paths: Sequence[Path], look: PictureStyle
 ) -> list[str]:
     """Write a picture of one frame, or a contact sheet and a film of more; give their paths."""
-    from scenes.render.pictures import contact_sheet, movie, preview
+    from scenes.render import pictures as contact_sheet
+    from scenes.render import pictures as movie
+    from scenes.render.pictures import preview
 
     still, target = _previews(pattern)
     many = len(paths) > 1

@@ -30,9 +30,11 @@ from scenes.files import check_ours, make_folder
 from scenes.frame.layers import Layers
 from scenes.presets.load import load_preset
 from scenes.presets.schema import Preset
+from scenes.render import pictures as contact_sheet
+from scenes.render import pictures as movie
 from scenes.render.exr.header import frame_header
 from scenes.render.exr.layers import write_exr
-from scenes.render.pictures import contact_sheet, movie, save_picture
+from scenes.render.pictures import save_picture
 from scenes.render.render import render_frame
 from scenes.render.variants import choose
 from scenes.scene import assemble_frame, view_at
