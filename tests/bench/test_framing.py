@@ -16,7 +16,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from bench.count.count_frame import predict
+from bench.frame_counts import predict
 from bench.statistics.estimates import LEAST_REPEATS, two_sided_mean
 from bench.statistics.excess_flip import LEAST_PAIRS, mean_flip, one_sided_excess
 from lod.pruner import prune

@@ -20,7 +20,7 @@ import click
 import numpy as np
 
 from bench.cli.output import counted
-from bench.fields.scene import FLAT
+from bench.counting import FLAT
 from bench.records.study_record import read_study_record, study_record, write_study_record
 from lod.air import CLEAR
 from lod.arrays import Reals
