@@ -32,11 +32,9 @@ from scenes.frame.assemble import assemble_frame
 from scenes.frame.layers import Layers
 from scenes.preset.load import load_preset
 from scenes.preset.tables import Preset
-from scenes.render import pictures as contact_sheet
-from scenes.render import pictures as movie
 from scenes.render.exr.header import frame_header
 from scenes.render.exr.layers import write_exr
-from scenes.render.pictures import save_picture
+from scenes.render.pictures import save_picture, write_contact_sheet, write_movie
 from scenes.render.pipeline.render import render_frame
 from scenes.render.variants import choose
 from scenes.world.view import view_at
@@ -136,10 +134,10 @@ def write_film(name: str, settings: tuple[str, ...], count: int, folder: Path) -
         header = frame_header(view.camera, fps, {"clip": name}, number)
         path.unlink(missing_ok=True)
         write_exr(path, _beside(one, other), header)
-    contact_sheet(paths[::_EVERY], sheet, columns=2, width=2 * _STILL_PX)
+    write_contact_sheet(paths[::_EVERY], sheet, columns=2, width=2 * _STILL_PX)
     with Image.open(sheet) as picture:
         save_picture(picture.quantize(256), sheet, optimize=True)
-    movie(paths, film, presets[0].camera.fps)
+    write_movie(paths, film, presets[0].camera.fps)
 
 
 def measure_clip(name: str, settings: tuple[str, ...], numbers: Sequence[int]) -> dict[str, Walk]:

@@ -8,9 +8,8 @@ from functools import partial
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.layers import Layers
 from scenes.frame.quality import SampleWatch
-from scenes.render import pictures as denoise
 from scenes.render.description import Description
-from scenes.render.pictures import check_denoiser
+from scenes.render.pictures import check_denoiser, denoise_layers
 from scenes.render.pipeline.memory_limit import check_memory
 from scenes.render.pipeline.render_subframes import render_subframes
 from scenes.render.pipeline.stages import (
@@ -91,5 +90,5 @@ def _seen_by(frame_input: FrameInput, eye: int | None) -> FrameInput:
 
 def _denoised(layers: Layers) -> Layers:
     start = time.perf_counter()
-    layers = denoise(layers)
+    layers = denoise_layers(layers)
     return replace(layers, seconds={**layers.seconds, "denoise": time.perf_counter() - start})
