@@ -20,9 +20,9 @@ from lod.errors import InputError
 from lod.metric import Metric
 from lod.pruner import Representation
 from scenes.frame.layers import SKY_Z, Layers
-from scenes.preset.load import Setting
-from scenes.preset.load import load_preset as _load_preset
-from scenes.preset.tables import Preset
+from scenes.presets.load import Setting
+from scenes.presets.load import load_preset as _load_preset
+from scenes.presets.schema import Preset
 
 if TYPE_CHECKING:
     from bench.count.count_frame import Counts
@@ -77,12 +77,11 @@ def count(preset: Preset | str, frame: int = 1) -> "Counts":
     """
     from bench.count.count_frame import count as count_view
     from scenes.render.budget import within_budget
-    from scenes.world.view import view_at
-    from scenes.world.world import build_world
+    from scenes.scene import Scene
 
     chosen = within_budget(_preset(preset), (frame,))
-    world = build_world(chosen)
-    return count_view(world, view_at(world, chosen, frame))
+    scene = Scene(chosen)
+    return count_view(scene.world, scene.view(frame))
 
 
 def render(
@@ -153,16 +152,15 @@ def run_experiment(name: str, quick: bool = False, seed: int = 0) -> "Record":
     quick  measure fewer points, in minutes
     Raises InputError for an unknown name.
     """
-    from bench.experiments.registry import EXPERIMENTS
-    from bench.runner.run_experiment import run_experiment as run
-    from scenes.preset.errors import nearest_name
+    from bench.experiment import experiments
+    from bench.runs import RunRequest
+    from bench.runs import run_experiment as run
+    from scenes.presets.keys import nearest_name
 
-    if name not in EXPERIMENTS:
-        raise InputError(
-            "name", name, "no experiment of that name", nearest_name(name, EXPERIMENTS)
-        )
-    experiment = EXPERIMENTS[name]
-    return run(experiment, experiment.effort("quick" if quick else "full"), seed)
+    known = experiments()
+    if name not in known:
+        raise InputError("name", name, "no experiment of that name", nearest_name(name, known))
+    return run(known[name], RunRequest(name, known[name].usual, quick, seed))
 
 
 def _preset(preset: Preset | str) -> Preset:

@@ -61,13 +61,13 @@ from scenes.field.prototypes import species_prototypes
 from scenes.figures.gait import heel_and_ball
 from scenes.figures.patrol import PatrolOrbit
 from scenes.models.catalogue import model_prototypes
-from scenes.preset.load import load_preset, preset_from
-from scenes.preset.tables import Preset
+from scenes.presets.load import load_preset, preset_from
+from scenes.presets.schema import Preset
 from scenes.rig.foot_placement import Placements, place_on_ground
 from scenes.rig.pose import pose_points
 from scenes.rig.rigged_prototype import RiggedPrototype
+from scenes.scene import view_at
 from scenes.world.cast import make_acting, make_cast, preset_roles, role_prototypes
-from scenes.world.view import view_at
 from scenes.world.world import build_world, make_terrain
 
 

@@ -15,13 +15,11 @@ import numpy as np
 from bench.fields.windows import Picture, window_preset
 from lod.air import CLEAR
 from lod.pruner import prune
-from scenes.frame.assemble import assemble_frame
-from scenes.preset.load import load_preset
+from scenes.presets.load import load_preset
 from scenes.render.exr.layers import write_exr
-from scenes.render.pipeline.peak_memory import peak_rss_bytes
-from scenes.render.pipeline.render import render_frame
-from scenes.render.pipeline.stages import build_frame, trace
-from scenes.world.view import view_at
+from scenes.render.memory import peak_rss_bytes
+from scenes.render.render import build_frame, render_frame, trace
+from scenes.scene import assemble_frame, view_at
 from scenes.world.world import build_world
 
 KINDS: dict[str, tuple[str, tuple[str, ...]]] = {

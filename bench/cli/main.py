@@ -11,9 +11,8 @@ from typing import NoReturn
 
 import click
 
-from bench.cli.collector import collector_paused
 from bench.cli.kernel_cache import use_kernel_cache
-from bench.cli.progress import making_shown
+from bench.cli.output import collector_paused, making_shown
 from lod.errors import InputError
 from scenes.processes.signals import Stopped, ignore_signals, raise_when_stopped, restore
 from scenes.processes.streams import is_unread, open_standard_streams, write_failure

@@ -13,9 +13,8 @@ from typing import Any
 
 from bench.count.count_frame import Counts, count
 from lod.errors import InputError
-from scenes.preset.load import load_preset, preset_names
-from scenes.world.view import view_at
-from scenes.world.world import build_world
+from scenes.presets.load import preset_names
+from scenes.scene import Scene
 
 _FILE = Path(__file__).with_name("workloads.json")
 
@@ -79,9 +78,8 @@ def golden_counts(counts: Counts) -> dict[str, Any]:
 
 def first_frame_counts(preset: str) -> Counts:
     """Count the first frame of a preset without any setting changed."""
-    chosen = load_preset(preset)
-    world = build_world(chosen)
-    return count(world, view_at(world, chosen, 1))
+    scene = Scene(preset)
+    return count(scene.world, scene.view(1))
 
 
 def _renew_workloads() -> None:

@@ -14,8 +14,8 @@ import numpy as np
 
 from bench.fields.cases import EYE_HEIGHT_M
 from bench.fields.scene import FLAT, field_seed, prototypes_of
-from bench.records.points import Column, Key, Point, Prediction
 from bench.records.provenance import scene_digest
+from bench.records.records import Column, Key, Point, Prediction
 from bench.statistics.estimates import Estimate, two_sided_share
 from lod.arrays import Reals
 from lod.camera import Camera, Corner, camera_from_heading
@@ -25,8 +25,7 @@ from lod.metric import METRICS
 from lod.pruner import prune
 from lod.view import View, distance
 from lod.viewing import ViewingConditions
-from scenes.field.placement import Species
-from scenes.field.species_field import SpeciesField
+from scenes.field.species_field import Species, SpeciesField
 from scenes.sticks.prototype import Prototype
 
 BOUNDS_M = (0.1, 0.3, 1.0, 3.0)

@@ -7,14 +7,12 @@ import numpy as np
 
 from lod.pruner import prune
 from lod.view import View
-from scenes.frame.assemble import frame_quality
-from scenes.frame.displayed import display
-from scenes.frame.frame_input import FrameInput
-from scenes.preset.load import load_preset
-from scenes.preset.tables import Preset
+from scenes.frame.frame_input import FrameInput, display
+from scenes.presets.load import load_preset
+from scenes.presets.schema import Preset
 from scenes.render.description import describe_frame
+from scenes.scene import frame_quality, preset_air, view_at
 from scenes.world.light import sun_and_sky
-from scenes.world.view import preset_air, view_at
 from scenes.world.world import World, build_world
 
 

@@ -14,10 +14,10 @@ from lod.view import View
 from lod.viewing import BlurWidths, ViewingConditions
 from scenes.figures.person import standing_people
 from scenes.grass.sward import tuft_prototypes
+from scenes.ground.terrain import Terrain
 from scenes.models.stone import boulder_prototypes
-from scenes.plugins.entry_points import metric_by_name
+from scenes.plugins import metric_by_name
 from scenes.sticks.prototype import Prototype
-from scenes.terrain.terrain import Terrain
 from scenes.trees.species import tree_species
 from scenes.trees.tree import tree_prototypes
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from bench.experiments.fidelity.equal_error import EQUAL_ERROR, excesses
 from bench.experiments.fidelity.image_errors import BANDS
-from bench.records.points import Point, grouped
+from bench.records.records import Point, grouped
 from lod.errors import InputError
 
 READINGS = "blake", "bounded", "solid_angle", "depth"

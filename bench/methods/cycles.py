@@ -15,12 +15,12 @@ from bench.experiments.fidelity.image_errors import EPSILON
 from bench.methods.catalogue import OURS
 from bench.methods.environments import CYCLES, answer_of
 from bench.methods.runner import Runner, Window, prepared_runner
-from bench.records.points import Column, Point
+from bench.records.records import Column, Point
 from bench.statistics.excess_flip import mean_flip
 from scenes.render import variants
 from scenes.render.description import Description, describe_frame
 from scenes.render.pictures import auto_exposure, to_srgb
-from scenes.render.pipeline.stages import build_frame
+from scenes.render.render import build_frame
 from scenes.world.world import build_world
 
 SKY_ROWS = 256

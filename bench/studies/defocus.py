@@ -20,8 +20,7 @@ from typing import Any
 import click
 import numpy as np
 
-from bench.cli.output import table
-from bench.cli.progress import counted
+from bench.cli.output import counted, table
 from bench.fields.part_sizes import (
     COARSE_M,
     camera,
@@ -43,15 +42,13 @@ from lod.metric import METRICS
 from lod.pruner import prune
 from lod.view import View, distance
 from lod.viewing import BlurWidths, Defocus, ViewingConditions, defocus_width, defocused_distance
-from scenes.frame.assemble import frame_light, frame_quality
-from scenes.frame.displayed import display
-from scenes.frame.frame_input import FrameInput
-from scenes.preset.load import load_preset
-from scenes.preset.tables import Preset
+from scenes.frame.frame_input import FrameInput, display
+from scenes.presets.load import load_preset
+from scenes.presets.schema import Preset
 from scenes.render.pictures import auto_exposure, to_srgb
-from scenes.render.pipeline.stages import build_frame, trace
+from scenes.render.render import build_frame, trace
 from scenes.render.variants import choose
-from scenes.world.view import preset_air, view_at
+from scenes.scene import frame_light, frame_quality, preset_air, view_at
 from scenes.world.world import World, build_world
 
 BANDS_M = (0.0, 6.0, 12.0, 24.0, 48.0, 100.0, 150.0, 400.0, math.inf)

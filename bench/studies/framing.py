@@ -13,14 +13,13 @@ from typing import Any
 import click
 import numpy as np
 
-from bench.cli.output import table
-from bench.cli.progress import counted
+from bench.cli.output import counted, table
 from bench.count.count_frame import predict
 from bench.records.study_record import study_record, write_study_record
 from bench.statistics.estimates import LEAST_REPEATS, two_sided_mean
 from lod.pruner import prune
-from scenes.preset.load import load_preset
-from scenes.world.view import view_at
+from scenes.presets.load import load_preset
+from scenes.scene import view_at
 from scenes.world.world import build_world
 
 WITHIN = 0.01

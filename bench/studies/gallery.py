@@ -16,7 +16,7 @@ import click
 from PIL import Image
 
 from scenes.files import check_ours, make_folder, whole_file
-from scenes.preset.load import preset_names
+from scenes.presets.load import preset_names
 
 FRAMES = {"campfire": 30, "fly_in": 40, "playground": 48}
 """The frame of a preset that shows most; presets that are not named show frame 1."""

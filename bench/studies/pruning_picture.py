@@ -13,8 +13,8 @@ from PIL import Image, ImageDraw, ImageFont
 from bench.count.count_frame import count
 from scenes.files import check_ours, make_folder
 from scenes.frame.layers import Layers
-from scenes.preset.load import Setting, load_preset
-from scenes.preset.tables import Preset
+from scenes.presets.load import Setting, load_preset
+from scenes.presets.schema import Preset
 from scenes.render.exr.header import frame_settings
 from scenes.render.frame_session import FrameSession, ignore_progress
 from scenes.render.pictures import (
@@ -25,7 +25,7 @@ from scenes.render.pictures import (
     to_srgb_8bit,
 )
 from scenes.render.variants import choose
-from scenes.world.view import view_at
+from scenes.scene import view_at
 from scenes.world.world import build_world
 
 _GAP, _PAPER, _INK = 6, (255, 255, 255), (40, 40, 44)

@@ -20,8 +20,7 @@ from typing import Any, NamedTuple
 import click
 import numpy as np
 
-from bench.cli.output import table
-from bench.cli.progress import counted
+from bench.cli.output import counted, table
 from bench.records.study_record import study_record, write_study_record
 from bench.statistics.estimates import LEAST_REPEATS, two_sided_median
 from scenes.processes.cache import VARIABLE

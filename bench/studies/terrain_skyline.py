@@ -16,16 +16,15 @@ import numba
 import numpy as np
 from numba import njit
 
-from bench.cli.output import table
-from bench.cli.progress import counted
+from bench.cli.output import counted, table
 from lod.camera import Camera
 from lod.crossfade import blend_weights
 from lod.metric import METRICS
 from lod.pruner import prune
 from lod.shapes import Triangles
 from lod.view import View
-from scenes.preset.load import load_preset
-from scenes.terrain.terrain import Terrain
+from scenes.ground.terrain import Terrain
+from scenes.presets.load import load_preset
 from scenes.world.camera_path import camera_at
 
 SIZES = ("320x180", "640x360", "1280x720")

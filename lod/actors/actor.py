@@ -37,7 +37,14 @@ from dataclasses import dataclass, replace
 from lod.actors.joint import IDENTITY_JOINT, RevoluteJoint
 from lod.actors.message import Route, ask
 from lod.actors.object_with_parts import ObjectWithParts, mutator, query
-from lod.actors.quaternion import Quaternion, Vector, VectorLike, rotation, vector
+from lod.actors.quaternion import (
+    Quaternion,
+    Vector,
+    VectorLike,
+    from_angles,
+    rotation,
+    vector,
+)
 from lod.errors import InputError
 
 
@@ -136,8 +143,8 @@ class PositionableObject(ObjectWithParts, abstract=True):
 
     @mutator
     def bend(self, angles_deg: VectorLike) -> None:
-        """Set the turn from rest to a rotation vector [degrees], within the limits or refused."""
-        self._set_joint(self._joint.with_angles(angles_deg))
+        """Turn by angles about x, y and z [degrees], in Rz·Ry·Rx, within the limits or refused."""
+        self._set_joint(self._joint.with_orientation(from_angles(angles_deg)))
 
     def _set_joint(self, joint: RevoluteJoint) -> None:
         """Take another joint, as every change of place or orientation does."""

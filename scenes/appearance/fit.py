@@ -378,7 +378,7 @@ STEPS = 3
 """Steps to the right cover from each elevation."""
 
 
-CODE = ("lod", "scenes.sticks", "scenes.appearance", "scenes.terrain.colour")
+CODE = ("lod", "scenes.sticks", "scenes.appearance", "scenes.ground.shading")
 """Sources that a fit depends on."""
 
 _COLUMNS = tuple(each.name for each in fields(StickTable))

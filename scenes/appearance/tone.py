@@ -1,6 +1,6 @@
 """Light from one object alone on level ground, followed from far eyes back to sun and sky.
 
-Paths are those of ``scenes.far_cover.stand_paths``, through a single object. Those that meet shapes
+Paths are those of ``scenes.ground.stand``, through a single object. Those that meet shapes
 which stand for hidden parts are kept apart by how often they do, so that the light for any albedo
 of these shapes is a polynomial in it.
 
@@ -27,12 +27,12 @@ from lod.threads import map_chunks
 from scenes.appearance.fit import CODE
 from scenes.appearance.ray_grid import Grids, intersect_ray, make_grids, normal_at
 from scenes.appearance.sky import SunAndSky, cosine_direction, sky_at
+from scenes.ground.shading import GROUND_MATERIALS
 from scenes.processes.cache import content_key, kept
 from scenes.processes.progress import tell
 from scenes.sticks.by_view import AZIMUTHS_DEG, ELEVATIONS_DEG, with_area_share
 from scenes.sticks.prototype import LUMINANCE, Prototype
 from scenes.sticks.shapes import Shapes
-from scenes.terrain.colour import GROUND_MATERIALS
 
 _OFFSET_M = 1e-4
 """Distance from a surface at which rays leave it [m]."""

@@ -14,11 +14,11 @@ from scenes.actors.performance import (
     track_of,
 )
 from scenes.files import make_folder, whole_file
-from scenes.preset.acting import has_acting
-from scenes.preset.tables import Preset
+from scenes.presets.load import has_acting
+from scenes.presets.schema import Preset
 from scenes.render.exr.header import software
 from scenes.render.exr.sequence import settings_hash
-from scenes.render.pipeline.memory_limit import check_acting
+from scenes.render.memory import check_acting
 from scenes.world.cast import make_cast
 from scenes.world.world import make_terrain
 

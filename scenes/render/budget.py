@@ -12,18 +12,18 @@ from lod.part_budget import MIN_BUDGET_USE, find_detail
 from lod.pruner import prune
 from lod.view import View
 from scenes.field.forecast import forecast_field
-from scenes.frame.assemble import assemble_frame
-from scenes.preset.tables import Preset
-from scenes.render.pipeline.memory_limit import (
+from scenes.presets.schema import Preset
+from scenes.render.memory import (
     MemoryLimit,
     check_prototypes,
     memory_limit,
+    parts_bytes,
+    predicted_bytes,
     size_text,
 )
-from scenes.render.pipeline.memory_model import parts_bytes, predicted_bytes
 from scenes.render.variants import choose
-from scenes.world.view import view_at
-from scenes.world.world import World, build_world
+from scenes.scene import Scene
+from scenes.world.world import World
 
 Need = Callable[[int, float], int]
 """What a frame needs at a detail [px], of what there is a budget of; it never grows with it."""
@@ -55,26 +55,26 @@ def within_budget(
     if view.max_parts is None and view.max_memory is None:
         return preset
     check_prototypes(preset, most_bytes)
-    world, details = build_world(preset), []
+    scene, details = Scene(preset), []
     if view.max_parts is not None:
-        details.append(_fitting_parts(world, preset, frames, most_bytes, note))
+        details.append(_fitting_parts(scene, frames, most_bytes, note))
     if view.max_memory is not None:
-        details.append(_fitting_memory(world, preset, view.max_memory, frames))
+        details.append(_fitting_memory(scene, view.max_memory, frames))
     return _at_detail(preset, max(details))
 
 
 def _fitting_parts(
-    world: World,
-    preset: Preset,
+    scene: Scene,
     frames: Sequence[int],
     most_bytes: int | None,
     note: Callable[[str], object],
 ) -> float:
     """The detail at which every frame has no more parts than it may, and one has nearly all."""
-    most = preset.view.max_parts or 0
-    need = _parts_of(world, preset, memory_limit(most_bytes), most)
-    detail = _fitting(need, most, preset.view.detail, frames, "--max-parts")
-    finest = _finest_ground(world, preset, detail, frames)
+    view = scene.preset.view
+    most = view.max_parts or 0
+    need = _parts_of(scene, memory_limit(most_bytes), most)
+    detail = _fitting(need, most, view.detail, frames, "--max-parts")
+    finest = _finest_ground(scene, detail, frames)
     shown = max(need(frame, finest) for frame in frames)
     if shown < MIN_BUDGET_USE * most:
         why = "the ground can be no finer" if finest > detail else "that is all there is"
@@ -82,15 +82,15 @@ def _fitting_parts(
     return finest
 
 
-def _finest_ground(world: World, preset: Preset, detail: float, frames: Sequence[int]) -> float:
+def _finest_ground(scene: Scene, detail: float, frames: Sequence[int]) -> float:
     """The finest detail from this one on with which the ground of every frame can be made [px]."""
-    low, high = math.log(detail), math.log(max(detail, preset.view.detail))
+    low, high = math.log(detail), math.log(max(detail, scene.preset.view.detail))
     found = detail
     for frame in frames:
 
         def can_be(px: float, frame: int = frame) -> bool:
             try:
-                prune(world.terrain, replace(view_at(world, preset, frame), detail=px))
+                prune(scene.world.terrain, replace(scene.view(frame), detail=px))
             except InputError:
                 return False
             return True
@@ -117,14 +117,15 @@ def _fitting(need: Need, most: int, start: float, frames: Sequence[int], where: 
     return detail
 
 
-def _fitting_memory(world: World, preset: Preset, most: int, frames: Sequence[int]) -> float:
+def _fitting_memory(scene: Scene, most: int, frames: Sequence[int]) -> float:
     """The detail at which every frame's bytes are met, less those that an empty frame needs."""
+    preset = scene.preset
     variant = choose(preset.render.variant, preset.render.spectral)
 
     def bytes_at(frame: int, px: float) -> int:
-        return predicted_bytes(assemble_frame(world, _at_detail(preset, px), frame, variant))
+        return predicted_bytes(scene.with_preset(_at_detail(preset, px)).input(frame, variant))
 
-    made = assemble_frame(world, preset, frames[0], variant)
+    made = scene.input(frames[0], variant)
     least = predicted_bytes(replace(made, displayed=()))
     if most <= least:
         rule = f"a frame of this size needs about {size_text(least)} with nothing in it"
@@ -141,10 +142,10 @@ def _at_detail(preset: Preset, detail: float) -> Preset:
     return preset.model_copy(update={"view": preset.view.model_copy(update={"detail": detail})})
 
 
-def _parts_of(world: World, preset: Preset, limit: MemoryLimit, most: int) -> Need:
+def _parts_of(scene: Scene, limit: MemoryLimit, most: int) -> Need:
     def parts_at(frame: int, px: float) -> int:
-        view = replace(view_at(world, preset, frame), detail=px)
-        parts = sum(forecast_field(each, view).parts for each in world.fields)
+        view = replace(scene.view(frame), detail=px)
+        parts = sum(forecast_field(each, view).parts for each in scene.world.fields)
         if parts > _FAR_OVER * most:
             return round(parts)
         if limit.bytes is not None and parts_bytes(parts) > limit.bytes:
@@ -153,7 +154,7 @@ def _parts_of(world: World, preset: Preset, limit: MemoryLimit, most: int) -> Ne
                 f"so many parts need about {size_text(parts_bytes(most))}, more than {limit.told}"
             )
             raise InputError("--max-parts", most, rule, f"try --max-parts {able:.0f}")
-        return parts_displayed(world, view)
+        return parts_displayed(scene.world, view)
 
     return parts_at
 

@@ -41,8 +41,7 @@ from lod.errors import InputError
 from lod.pruner import Cut
 from lod.shapes import Sticks, Triangles, batches_of
 from lod.threads import map_chunks
-from scenes.frame.displayed import DisplayedRepresentation
-from scenes.frame.frame_input import FrameInput
+from scenes.frame.frame_input import DisplayedRepresentation, FrameInput
 
 Description = dict[str, Any]
 """Nested dicts of numbers, text and arrays (see ``describe_frame``)."""

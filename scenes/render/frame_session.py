@@ -8,7 +8,6 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from scenes.frame.assemble import assemble_frame
 from scenes.frame.layers import Layers
 from scenes.render.acting_track import check_track, replayed
 from scenes.render.description import describe_frame
@@ -20,13 +19,10 @@ from scenes.render.exr.header import (
     preset_from_settings,
 )
 from scenes.render.exr.layers import with_mattes, write_exr
+from scenes.render.memory import Foresight, check_memory, check_prototypes, peak_rss_bytes
 from scenes.render.object_keys import identities_in
-from scenes.render.pipeline.foresight import Foresight
-from scenes.render.pipeline.memory_limit import check_memory, check_prototypes
-from scenes.render.pipeline.peak_memory import peak_rss_bytes
-from scenes.render.pipeline.render import render_frame
-from scenes.world.view import view_at
-from scenes.world.world import World, build_world
+from scenes.render.render import render_frame
+from scenes.scene import Scene
 
 Watch = Callable[[int, int], object]
 """Called with the samples of a frame taken so far, and how many there will be."""
@@ -49,14 +45,14 @@ class FrameSession:
 
     @cached_property
     def _foresight(self) -> Foresight:
-        return Foresight(self._world, self._preset, self._preset.render.variant)
+        return Foresight(self._scene, self._preset.render.variant)
 
     @cached_property
-    def _world(self) -> World:
+    def _scene(self) -> Scene:
         track = self.settings.get("track")
         if track is None or self._folder is None:
-            return build_world(self._preset)
-        return build_world(self._preset, replayed(self._preset, track, self._folder))
+            return Scene(self._preset)
+        return Scene(self._preset, replayed(self._preset, track, self._folder))
 
     def foretell(
         self, frames: Sequence[int], folder: str | Path, most_bytes: int | None = None
@@ -110,10 +106,10 @@ class FrameSession:
         preset, start = self._preset, time.perf_counter()
         check_prototypes(preset, most_bytes)
         check_track(preset, most_bytes)
-        world = self._world
+        scene, world = self._scene, self._scene.world
         seconds = {"world": time.perf_counter() - start}
         self._foresight.check(frame, most_bytes)
-        frame_input = assemble_frame(world, preset, frame, preset.render.variant)
+        frame_input = scene.input(frame, preset.render.variant)
         check_memory(frame_input, most_bytes, f"frame {frame}")
         seconds |= frame_input.seconds
         description, cuts = None, [each.cut for each in frame_input.displayed]
@@ -138,7 +134,7 @@ class FrameSession:
 
     def header(self, frame: int) -> dict[str, Any]:
         """Make the header of a frame's file: all that determines its pixels."""
-        camera, shot = view_at(self._world, self._preset, frame).camera, self._preset.camera
+        camera, shot = self._scene.camera(frame), self._preset.camera
         header = frame_header(camera, shot.fps, self.settings, frame, shot.date)
         return header | picture_windows(self._preset.render.size, self._preset.render.window)
 

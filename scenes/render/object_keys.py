@@ -12,11 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lod.pruner import Cut, prune
+from lod.pruner import Cut
 from scenes.actors.performance import Cast
-from scenes.preset.tables import Preset
 from scenes.render.description import object_ids
-from scenes.world.view import view_at
+from scenes.scene import Scene
 from scenes.world.world import World
 
 
@@ -43,10 +42,9 @@ class Identity:
         return f"{self.of}_{self.cell[0]}_{self.cell[1]}_{self.index}"
 
 
-def identities(world: World, preset: Preset, frame: int) -> Iterator[Identity]:
+def identities(scene: Scene, frame: int) -> Iterator[Identity]:
     """Identify every object that the frame displays, by the frame's own number."""
-    view = view_at(world, preset, frame)
-    yield from identities_in(world, [prune(each, view) for each in world.representations])
+    yield from identities_in(scene.world, scene.cut(frame))
 
 
 def identities_in(world: World, cuts: Sequence[Cut]) -> Iterator[Identity]:

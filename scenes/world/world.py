@@ -9,20 +9,18 @@ from lod.pruner import Representation
 from scenes.actors.performance import Cast, Performance
 from scenes.appearance.sky import sky_at
 from scenes.appearance.tone import Illumination
-from scenes.dust.dust import Dust
-from scenes.dust.soil import Soil
-from scenes.far_cover.aggregate_cover import AggregateCover
-from scenes.field.placement import Habitat, Species
-from scenes.field.species_field import Placed, SpeciesField
+from scenes.field.species_field import Habitat, Placed, Species, SpeciesField
+from scenes.ground.far_cover import AggregateCover
+from scenes.ground.terrain import Terrain
 from scenes.models.catalogue import PROTOTYPE_SEED, model_prototypes
-from scenes.particles.kinds import KINDS
-from scenes.particles.plume import Plume
-from scenes.plugins.representation import GroundedRepresentation, make_representation
-from scenes.preset.acting import has_acting
-from scenes.preset.object_tables import PlacedPreset, PlumePreset, SpeciesPreset
-from scenes.preset.tables import Preset
+from scenes.particles.dust import Dust
+from scenes.particles.footfalls import Soil
+from scenes.particles.plume import KINDS, Plume
+from scenes.plugins import GroundedRepresentation, make_representation
+from scenes.presets.load import has_acting
+from scenes.presets.schema import Preset
+from scenes.presets.things import PlacedPreset, PlumePreset, SpeciesPreset
 from scenes.processes.progress import work
-from scenes.terrain.terrain import Terrain
 from scenes.trees.species import Weather
 from scenes.world.light import sun_and_sky
 

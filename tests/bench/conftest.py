@@ -4,13 +4,15 @@ from dataclasses import replace
 
 import pytest
 
-from bench.experiments.registry import EXPERIMENTS
+from bench.experiment import experiments
 from bench.experiments.scaling.measure import sampled_cases
 from bench.fields.cases import Case
+from bench.old_experiment import Effort
 from bench.records.records import write_record
 from bench.report.write import write_report
-from bench.runner.experiment import Effort
-from bench.runner.run_experiment import run_experiment
+from bench.runs import run_experiment
+
+EXPERIMENTS = experiments()
 
 
 @pytest.fixture(scope="session")

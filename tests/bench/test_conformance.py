@@ -8,24 +8,25 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from bench.cli.main import main
 from bench.conformance import FORMULA, broken_plugin_rules, rabbits
-from bench.experiments.registry import EXPERIMENTS
+from bench.experiment import experiments
 from bench.experiments.scaling import measure as scaling
 from bench.fields import cases as scaling_cases
 from bench.fields.cases import metric_cases
 from bench.records.provenance import provenance
-from bench.runner.journal import sources
+from bench.runs import sources
 from lod.errors import InputError
 from lod.metric import METRICS, Metric
 from lod.pruner import prune
-from scenes.plugins import entry_points as plugins
-from scenes.plugins.representation import plugin_by_name
-from scenes.preset.load import load_preset
+from scenes import plugins
+from scenes.plugins import plugin_by_name
 from scenes.render.variants import choose, trusting
+
+EXPERIMENTS = experiments()
+
 
 PLACE = Path(__file__).parents[1] / "plugin"
 ROOT = PLACE.parents[1]
@@ -122,12 +123,6 @@ def test_check_notices_and_names_what_is_broken(capfd):
     assert "sloppy, missing" in err
 
 
-def test_check_refuses_what_is_not_there(capfd):
-    assert said(capfd, "check", "halfway")[0] == 2
-    code, _, err = said(capfd, "check")
-    assert (code, len(err.splitlines())) == (2, 1)
-
-
 @pytest.mark.usefixtures("package")
 def test_experiments_that_try_metrics_try_theirs_beside_ours(tmp_path, capfd, monkeypatch):
     even = scaling_cases.cases()
@@ -210,11 +205,6 @@ def test_a_frame_is_rendered_with_theirs(tmp_path):
     )
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "f.0001.exr").exists()
-
-
-def test_a_preset_without_them_says_nothing_of_them():
-    assert load_preset("meadow").representations == {}
-    assert np.isfinite(METRICS["blake"].limit(np.ones(1), np.ones(1), 1.0)).all()
 
 
 STROLLERS = """

@@ -5,10 +5,14 @@ from typing import Any
 
 import click
 
-from bench.cli.flag_rules import StrictCommand
-from bench.cli.frame_flags import memory_flag, memory_limit_bytes
+from bench.cli.flags import (
+    StrictCommand,
+    memory_flag,
+    memory_limit_bytes,
+    preset_from_flags,
+    view_flags,
+)
 from bench.cli.output import output
-from bench.cli.view_flags import preset_from_flags, view_flags
 from lod.errors import InputError
 
 

@@ -2,7 +2,7 @@
 
 import click
 
-from bench.cli.flag_rules import StrictCommand
+from bench.cli.flags import StrictCommand
 from bench.cli.output import output, table
 from lod.errors import InputError
 from scenes.processes.cache import VARIABLE

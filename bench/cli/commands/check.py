@@ -4,7 +4,7 @@ from collections.abc import Iterable
 
 import click
 
-from bench.cli.flag_rules import StrictCommand
+from bench.cli.flags import StrictCommand
 from bench.cli.output import Output, output, table
 from lod.errors import InputError
 
@@ -30,7 +30,7 @@ def command(names: tuple[str, ...], as_json: bool) -> None:
 def _chosen(names: tuple[str, ...]) -> Iterable[tuple[str, str]]:
     """Give kind and name of everything that is to be checked."""
     from lod.metric import METRICS
-    from scenes.plugins.entry_points import METRIC, REPRESENTATION, installed
+    from scenes.plugins import METRIC, REPRESENTATION, installed
 
     known = {"metric": (*METRICS, *installed(METRIC)), "representation": installed(REPRESENTATION)}
     if not names:

@@ -4,19 +4,21 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from bench.cli.collector import collector_paused
-from bench.cli.flag_rules import StrictCommand
-from bench.cli.frame_flags import memory_flag, memory_limit_bytes
-from bench.cli.output import Output, output, table
-from bench.cli.progress import progress_bar, tell_first_run
-from bench.cli.view_flags import preset_from_flags, view_flags
+from bench.cli.flags import (
+    StrictCommand,
+    memory_flag,
+    memory_limit_bytes,
+    preset_from_flags,
+    view_flags,
+)
+from bench.cli.output import Output, collector_paused, output, progress_bar, table, tell_first_run
 from lod.errors import InputError
-from scenes.render.pipeline.peak_memory import peak_rss_bytes
+from scenes.render.memory import peak_rss_bytes
 
 if TYPE_CHECKING:
     from bench.count.count_frame import Counts, SpeciesCount
     from bench.count.workloads import Workload
-    from scenes.preset.tables import Preset
+    from scenes.presets.schema import Preset
 
 
 @click.command("count", cls=StrictCommand)
@@ -37,9 +39,8 @@ def command(preset: str, frame: int, as_json: bool, max_memory: str | None, **fl
         _check_as_it_is(workload, chosen, frame)
     from bench.count.count_frame import Stopwatch, count
     from scenes.render.budget import within_budget
-    from scenes.render.pipeline.memory_limit import check_prototypes, check_pruning
-    from scenes.world.view import view_at
-    from scenes.world.world import build_world
+    from scenes.render.memory import check_prototypes, check_pruning
+    from scenes.scene import Scene
 
     tell_first_run()
     watch = Stopwatch()
@@ -47,13 +48,13 @@ def command(preset: str, frame: int, as_json: bool, max_memory: str | None, **fl
         with watch.stage("build"):
             check_prototypes(chosen, most_bytes)
             chosen = within_budget(chosen, (frame,), most_bytes, out.note)
-            world = build_world(chosen)
-            view = view_at(world, chosen, frame)
+            scene = Scene(chosen)
+            view = scene.view(frame)
         with progress_bar("step") as show:
             show(0, 1, "memory")
             with watch.stage("foretell"):
-                foretold = check_pruning(world, view, most_bytes, f"frame {frame}")
-            counts = count(world, view, foretold.ground if foretold else None, show)
+                foretold = check_pruning(scene.world, view, most_bytes, f"frame {frame}")
+            counts = count(scene.world, view, foretold.ground if foretold else None, show)
         seconds = watch.seconds | counts.seconds
         wrong = workload.mismatches(counts) if workload else []
         told = {"name": workload.name, "golden": not wrong} if workload else None
@@ -73,7 +74,7 @@ def _workload(preset: str) -> "Workload | None":
 
 
 def _check_as_it_is(workload: "Workload", chosen: "Preset", frame: int) -> None:
-    from scenes.preset.load import load_preset
+    from scenes.presets.load import load_preset
 
     if frame != 1 or chosen != load_preset(workload.preset):
         rule, cure = "a workload is counted as it is, frame 1", f"ask for {workload.preset}"

@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from bench.cli.flag_rules import StrictCommand
+from bench.cli.flags import StrictCommand
 from bench.cli.kernel_cache import VARIABLE, kernel_cache_state
 from bench.cli.output import Output, output, table
 from scenes.processes.cache import VARIABLE as CACHE

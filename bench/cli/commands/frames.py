@@ -6,9 +6,13 @@ from functools import partial
 
 import click
 
-from bench.cli.flag_rules import StrictCommand
-from bench.cli.frame_flags import frame_numbers, memory_limit_bytes
-from bench.cli.view_flags import FLAG_KEYS, preset_from_flags
+from bench.cli.flags import (
+    FLAG_KEYS,
+    StrictCommand,
+    frame_numbers,
+    memory_limit_bytes,
+    preset_from_flags,
+)
 from lod.errors import InputError
 from scenes.files import check_pattern
 

@@ -7,10 +7,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from bench.cli.flag_rules import StrictCommand
-from bench.cli.frame_flags import memory_flag, memory_limit_bytes
-from bench.cli.output import output, table
-from bench.cli.progress import Progress, progress_bar, tell_first_run
+from bench.cli.flags import StrictCommand, memory_flag, memory_limit_bytes
+from bench.cli.output import Progress, output, progress_bar, table, tell_first_run
 from lod.errors import InputError
 
 if TYPE_CHECKING:
@@ -45,16 +43,15 @@ def _cell(each: "Identity") -> str:
 def _identities(path: Path, most_bytes: int | None, show: Progress) -> Iterable["Identity"]:
     from scenes.render.exr.header import preset_from_settings
     from scenes.render.exr.sequence import read_whole
+    from scenes.render.memory import check_pruning
     from scenes.render.object_keys import identities
-    from scenes.render.pipeline.memory_limit import check_pruning
-    from scenes.world.view import view_at
-    from scenes.world.world import build_world
+    from scenes.scene import Scene
 
     whole = read_whole(path)
     preset = preset_from_settings(whole.settings)
     tell_first_run()
     show(0, 2, "memory")
-    world, frame = build_world(preset), whole.frame
-    check_pruning(world, view_at(world, preset, frame), most_bytes, f"frame {frame}")
+    scene, frame = Scene(preset), whole.frame
+    check_pruning(scene.world, scene.view(frame), most_bytes, f"frame {frame}")
     show(1, 2, "objects")
-    return identities(world, preset, frame)
+    return identities(scene, frame)

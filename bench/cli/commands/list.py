@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from bench.cli.flag_rules import StrictCommand
+from bench.cli.flags import StrictCommand
 from bench.cli.output import output, table
 
 if TYPE_CHECKING:
-    from scenes.preset.keys import KeyEntry
+    from scenes.presets.keys import KeyEntry
 
 
 @click.command("list", cls=StrictCommand)
@@ -28,14 +28,13 @@ def command(preset: str | None, as_json: bool) -> None:
     if preset is not None:
         _keys(preset, as_json)
         return
-    from bench.experiments.registry import EXPERIMENTS
+    from bench.experiment import experiments
     from bench.studies.registry import study_descriptions
     from lod.metric import METRICS, Metric
     from scenes.actors.behaviours import described_behaviours
     from scenes.model_files.names import models_folder, user_model_names
-    from scenes.plugins.entry_points import METRIC, REPRESENTATION, described
-    from scenes.plugins.representation import RepresentationPlugin
-    from scenes.preset.load import preset_names
+    from scenes.plugins import METRIC, REPRESENTATION, RepresentationPlugin, described
+    from scenes.presets.load import preset_names
 
     sections = {
         "presets": dict(preset_names()),
@@ -44,7 +43,11 @@ def command(preset: str | None, as_json: bool) -> None:
         "representations": dict(described(REPRESENTATION, RepresentationPlugin)),
         "models": dict.fromkeys(user_model_names(), f"added by `model add`, in {models_folder()}"),
         "behaviours": dict(described_behaviours()),
-        "experiments": {name: each.about for name, each in EXPERIMENTS.items()},
+        "experiments": {
+            topic if topic == name else f"{name}: {topic}": told.about
+            for name, each in experiments().items()
+            for topic, told in each.topics.items()
+        },
         "studies": study_descriptions(),
     }
     with output(as_json) as out:
@@ -56,8 +59,8 @@ def command(preset: str | None, as_json: bool) -> None:
 
 def _keys(preset: str, as_json: bool) -> None:
     """List all keys that -D takes, or those of one preset with its values."""
-    from scenes.preset.keys import key_entries
-    from scenes.preset.load import load_preset, preset_values
+    from scenes.presets.keys import key_entries
+    from scenes.presets.load import load_preset, preset_values
 
     rows: list[tuple[Any, ...]]
     if preset:

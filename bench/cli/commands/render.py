@@ -1,34 +1,77 @@
-"""`lodbench render`: frames of a preset as an EXR sequence.
+"""Where frames are rendered: in a process of its own here, or on a cluster.
+
+`lodbench render`: frames of a preset as an EXR sequence.
 
 The steps of a frame, with the file and function of each, are listed in docs/architecture.md.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from bench.cli.flag_rules import StrictCommand
-from bench.cli.frame_flags import (
+from bench.cli.flags import (
+    StrictCommand,
     check_targets,
+    file_flags,
     frame_numbers,
     memory_flag,
     memory_limit_bytes,
+    preset_from_flags,
+    view_flags,
 )
-from bench.cli.output import Output, output
-from bench.cli.progress import frame_progress, tell_first_run
-from bench.cli.rendering import Workers, render_job
-from bench.cli.view_flags import file_flags, preset_from_flags, view_flags
+from bench.cli.output import Output, frame_progress, output, tell_first_run
 from lod.errors import InputError
 from scenes.files import check_ours, check_pattern, frame_path, make_folder
-from scenes.preset.tables import Preset
+from scenes.presets.schema import Preset
 from scenes.render.pictures import PictureStyle
 
 if TYPE_CHECKING:
     from scenes.render.exr.sequence import Job
+    from scenes.render.worker import ProcessWatch
+
+
+@dataclass(frozen=True)
+class Workers:
+    """What renders the frames of a job.
+
+    threads     for the renderer; 0 = as many as there are
+    most_bytes  that a frame may need of memory; None = whatever it needs
+    cluster     as scenes.render.cluster has it; None = a process of its own here
+    """
+
+    threads: int
+    most_bytes: int | None
+    cluster: str | None
+
+
+def render_job(
+    job: "Job", workers: Workers, watch: "ProcessWatch", note: Callable[[str], object]
+) -> Iterator[dict[str, Any]]:
+    """Render the frames of a job that are not done, giving a record after each.
+
+    ``watch`` follows the samples of a frame that is rendered here; ``note`` is called with what
+    someone who waits may want to know.
+    """
+    if workers.cluster is None:
+        from scenes.render.worker import Worker, render_foretold
+
+        with Worker(workers.threads, watch, workers.most_bytes) as worker:
+            yield from render_foretold(job, worker)
+        return
+    from scenes.render.cluster import cluster, render_on_cluster, sweep
+
+    variant = job.settings["render"]["variant"]
+    try:
+        limits = workers.threads, variant, workers.most_bytes
+        with cluster(workers.cluster, *limits, note) as several:
+            yield from render_on_cluster(job, several)
+    finally:
+        sweep(job)
 
 
 @click.command("render", cls=StrictCommand)

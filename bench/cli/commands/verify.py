@@ -6,11 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from bench.cli.flag_rules import StrictCommand
-from bench.cli.frame_flags import frame_numbers, memory_flag, memory_limit_bytes
-from bench.cli.output import Output, output
-from bench.cli.progress import frame_progress, progress_bar
-from bench.cli.rendering import Workers, render_job
+from bench.cli.commands.render import Workers, render_job
+from bench.cli.flags import StrictCommand, frame_numbers, memory_flag, memory_limit_bytes
+from bench.cli.output import Output, frame_progress, output, progress_bar
 
 if TYPE_CHECKING:
     from scenes.render.exr.sequence import Job

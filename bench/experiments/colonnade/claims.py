@@ -5,8 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from bench.experiments.colonnade.scene import COUNT, image_width, places
-from bench.records.claims import Claim, claim, verification
-from bench.records.points import Point, where
+from bench.records.claims import Claim
+from bench.records.old_claims import claim, verification
+from bench.records.records import Point, where
 from bench.statistics.estimates import Estimate, exactly, two_sided_mean
 
 BLAKE, DEPTH = ("blake", 8.0), ("depth", 12.0)

@@ -22,10 +22,10 @@ from bench.experiments.colonnade.scene import (
     pixel_solid_angle,
     places,
 )
-from bench.records.points import Column, Point, columns
+from bench.old_experiment import Effort
 from bench.records.provenance import scene_digest
-from bench.runner.experiment import Effort
-from scenes.frame.quality import Quality
+from bench.records.records import Column, Point, columns
+from scenes.frame.frame_input import Quality
 from scenes.models.stone import column
 from scenes.render.variants import choose
 

@@ -16,14 +16,12 @@ from lod.camera import Camera, Corner, camera_from_heading
 from lod.pruner import Representation, prune
 from lod.view import View
 from scenes.field.species_field import Placed
-from scenes.frame.displayed import DisplayedRepresentation, display
-from scenes.frame.frame_input import FrameInput
-from scenes.frame.quality import Quality
+from scenes.frame.frame_input import DisplayedRepresentation, FrameInput, Quality, display
+from scenes.ground.terrain import Terrain
 from scenes.models.stone import RADIUS_M, column
-from scenes.plugins.entry_points import metric_by_name
-from scenes.render.pipeline.render import render_frame
+from scenes.plugins import metric_by_name
+from scenes.render.render import render_frame
 from scenes.sticks.prototype import LUMINANCE
-from scenes.terrain.terrain import Terrain
 from scenes.world.light import Light
 
 COUNT, SPACING_M, DEPTH_M = 13, 4.0, 12.0

@@ -1,8 +1,9 @@
 """What the cover experiment claims, judged from its raw samples alone."""
 
 from bench.experiments.cover.scene import LOOKS
-from bench.records.claims import Claim, claim
-from bench.records.points import Point
+from bench.records.claims import Claim
+from bench.records.old_claims import claim
+from bench.records.records import Point
 from bench.statistics.estimates import (
     Estimate,
     two_sided_paired_ratio,

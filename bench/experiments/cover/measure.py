@@ -28,20 +28,18 @@ from bench.experiments.cover.scene import (
     window_view,
 )
 from bench.fields.judged_seeds import first_seed
-from bench.records.points import Column, Point, columns
+from bench.old_experiment import Effort
 from bench.records.provenance import scene_digest
-from bench.runner.experiment import Effort
+from bench.records.records import Column, Point, columns
 from lod.air import CLEAR, Air, rgb_extinction
-from scenes.frame.assemble import frame_quality
-from scenes.frame.displayed import DisplayedRepresentation
-from scenes.frame.frame_input import FrameInput
+from scenes.frame.frame_input import DisplayedRepresentation, FrameInput
 from scenes.frame.layers import Layers
-from scenes.preset.tables import Preset
-from scenes.render.pipeline.stages import build_frame, move_camera, trace
+from scenes.presets.schema import Preset
+from scenes.render.render import build_frame, move_camera, trace
 from scenes.render.variants import choose
+from scenes.scene import frame_quality, preset_air
 from scenes.sticks.prototype import LUMINANCE
 from scenes.world.light import sun_and_sky
-from scenes.world.view import preset_air
 from scenes.world.world import World, build_world
 
 _SPP = 1

@@ -1,5 +1,6 @@
 """What the cover experiment shows: tone against distance, with cover and without, and a table."""
 
+from bench.experiment import Table
 from bench.experiments.cover.claims import (
     TOLERANCE,
     band_name,
@@ -11,9 +12,7 @@ from bench.experiments.cover.claims import (
 )
 from bench.experiments.cover.scene import LOOKS
 from bench.plots.plot import Curve, Plot, curves
-from bench.records.points import Point, where
-from bench.records.records import Record
-from bench.runner.experiment import Table
+from bench.records.records import Point, Record, where
 from bench.statistics.estimates import Estimate
 
 _AIR = {"preset": "the preset's air", "clear": "clear air"}

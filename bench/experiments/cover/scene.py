@@ -23,10 +23,10 @@ from lod.camera import Corner
 from lod.motion import eye_relative_to
 from lod.pruner import Representation, prune
 from lod.view import View
-from scenes.frame.displayed import DisplayedRepresentation, display
-from scenes.preset.load import load_preset
-from scenes.preset.tables import Preset
-from scenes.world.view import view_at
+from scenes.frame.frame_input import DisplayedRepresentation, display
+from scenes.presets.load import load_preset
+from scenes.presets.schema import Preset
+from scenes.scene import view_at
 from scenes.world.world import World
 
 WIDTH_PX, FOV_DEG = 160, 60.0

@@ -15,16 +15,15 @@ from numba import njit
 from bench.experiments.depth.claims import QUADRANTS
 from bench.fields.part_sizes import camera, prototypes_with, seed_of
 from bench.fields.scene import FLAT
-from bench.records.points import Column, Point
-from bench.runner.experiment import Effort
+from bench.old_experiment import Effort
+from bench.records.records import Column, Point
 from lod.arrays import Ints
 from lod.crossfade import blend_weights
 from lod.metric import METRICS
 from lod.pruner import prune
 from lod.shapes import Sticks
 from lod.view import View
-from scenes.field.placement import Species
-from scenes.field.species_field import SpeciesField
+from scenes.field.species_field import Species, SpeciesField
 
 EXTENTS_M = (75.0, 150.0, 300.0, 450.0)
 DENSITY = 4e-3

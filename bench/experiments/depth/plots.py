@@ -1,10 +1,9 @@
 """What the depth experiment shows: surfaces pierced against the world's size, and a table."""
 
+from bench.experiment import Table
 from bench.experiments.depth.claims import METRICS_TRIED, QUADRANTS, total
 from bench.plots.plot import Curve, Plot, curves
-from bench.records.points import Point, where
-from bench.records.records import Record
-from bench.runner.experiment import Table
+from bench.records.records import Point, Record, where
 from bench.statistics.estimates import two_sided_mean
 
 _LABELS = {"blake": "pruned", "full": "unpruned"}

@@ -20,8 +20,8 @@ from bench.fields.part_sizes import (
     size_predictions,
     view_through,
 )
-from bench.records.points import Column, Point, Prediction
-from bench.runner.experiment import Effort
+from bench.old_experiment import Effort
+from bench.records.records import Column, Point, Prediction
 from lod.eye import Display
 from lod.view import View
 from lod.viewing import STANDARD_EYE, BlurWidths, ViewingConditions, blur_widths

@@ -7,8 +7,9 @@ import numpy as np
 from bench.experiments.fidelity.equal_error import EQUAL_ERROR, GRASS_ERROR, Reached, equal_error
 from bench.experiments.fidelity.scene import EDGES_M, EVERYTHING, GRASS, GROUND, NOTHING, SPECIES
 from bench.experiments.fidelity.shipped.claims import CONTROL, errors
-from bench.records.claims import Claim, claim
-from bench.records.points import Point, grouped, where
+from bench.records.claims import Claim
+from bench.records.old_claims import claim
+from bench.records.records import Point, grouped, where
 from bench.statistics.estimates import (
     Estimate,
     two_sided_mean,

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float64
 
-from bench.records.points import Key, Point, grouped
+from bench.records.records import Key, Point, grouped
 from bench.statistics.estimates import Estimate, two_sided_factor
 from lod.arrays import Reals, freeze
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float64
 
-from bench.records.points import Column, columns
+from bench.records.records import Column, columns
 from bench.statistics.excess_flip import mean_flip
 from scenes.frame.layers import SKY_Z, Layers
 from scenes.render.pictures import auto_exposure, to_srgb

@@ -42,15 +42,13 @@ from bench.experiments.fidelity.shipped.pictures import (
     flips_by_pixel,
     look,
 )
-from bench.records.embedded_pictures import NOTE
-from bench.records.points import Column, Key, Point, columns
-from bench.runner.experiment import Effort
+from bench.old_experiment import Effort
+from bench.records.records import NOTE, Column, Key, Point, columns
 from bench.statistics.excess_flip import PIXELS_PER_DEGREE
-from scenes.frame.assemble import frame_quality
 from scenes.frame.frame_input import FrameInput
 from scenes.render.variants import choose
+from scenes.scene import frame_quality, preset_air
 from scenes.world.light import sun_and_sky
-from scenes.world.view import preset_air
 
 Way = tuple[str, str, float]
 """What is pruned, by which metric, and at which detail [px]."""

@@ -15,14 +15,13 @@ from bench.experiments.fidelity.scene import (
     world_of,
 )
 from bench.experiments.fidelity.shipped.displayed import Shown
-from bench.records.embedded_pictures import pictures
+from bench.records.records import pictures
 from bench.statistics.excess_flip import PIXELS_PER_DEGREE, flip_map
-from scenes.frame.assemble import frame_quality
 from scenes.frame.frame_input import FrameInput
 from scenes.render.pictures import auto_exposure, to_srgb
-from scenes.render.pipeline.render import render_frame
+from scenes.render.render import render_frame
+from scenes.scene import frame_quality, preset_air
 from scenes.world.light import sun_and_sky
-from scenes.world.view import preset_air
 
 DETAILS = (1.0, 4.0)
 """Values of τ that are shown [px]."""

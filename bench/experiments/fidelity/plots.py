@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
+from bench.experiment import Table
 from bench.experiments.fidelity.claims import (
     band_name,
     compared_at,
@@ -16,11 +17,9 @@ from bench.experiments.fidelity.claims import (
 from bench.experiments.fidelity.equal_error import Reached
 from bench.experiments.fidelity.scene import EDGES_M, EVERYTHING
 from bench.experiments.fidelity.shipped.claims import errors, flip_columns
-from bench.plots.numbers import four_decimals
 from bench.plots.plot import Curve, Plot, curves
-from bench.records.points import Point, grouped, where
-from bench.records.records import Record
-from bench.runner.experiment import Table
+from bench.records.claims import four_decimals
+from bench.records.records import Point, Record, grouped, where
 from bench.statistics.estimates import Estimate
 from bench.statistics.extrapolated_error import one_sided_mean
 

@@ -14,17 +14,17 @@ import numpy as np
 
 from bench.experiments.fidelity.shipped.displayed import Shown, display_ground, display_others
 from bench.fields.judged_seeds import first_seed
-from bench.records.points import Point
+from bench.old_experiment import Effort
 from bench.records.provenance import scene_digest
-from bench.runner.experiment import Effort
+from bench.records.records import Point
 from lod.metric import METRICS
 from lod.view import View
 from scenes.frame.layers import SKY_Z
 from scenes.models.catalogue import PROTOTYPE_SEED
-from scenes.plugins.entry_points import metric_by_name
-from scenes.preset.load import load_preset, preset_from
-from scenes.preset.tables import Preset
-from scenes.world.view import view_at
+from scenes.plugins import metric_by_name
+from scenes.presets.load import load_preset, preset_from
+from scenes.presets.schema import Preset
+from scenes.scene import view_at
 from scenes.world.world import World, build_world
 
 VIEWS = {

@@ -14,13 +14,13 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float64
 
-from bench.runner.experiment import Effort
+from bench.old_experiment import Effort
 from lod.arrays import Reals
 from lod.camera import Corner, camera_from_heading
 from lod.view import View
 from scenes.figures.animal_file import animal
 from scenes.figures.person import people_at_rest
-from scenes.plugins.entry_points import metric_by_name
+from scenes.plugins import metric_by_name
 from scenes.rig.rigged_prototype import RiggedPrototype
 
 PERSON = "person"

@@ -12,8 +12,9 @@ import numpy as np
 
 from bench.experiments.figure.cases import EXAGGERATED_PX, PERSON, Distances, looked_from
 from bench.experiments.figure.fit import Chosen, Counts, exponent, rank_correlation
-from bench.records.claims import Claim, claim
-from bench.records.points import Point, grouped, where
+from bench.records.claims import Claim
+from bench.records.old_claims import claim
+from bench.records.records import Point, grouped, where
 from bench.statistics.estimates import exactly, two_sided_median
 
 COUNTED, SIZED, POSED = "parts against distance", "sizes", "posing"

@@ -7,8 +7,8 @@ from bench.experiments.figure.claims import COUNTED, POSED, SIZED
 from bench.experiments.figure.fit import RESAMPLES
 from bench.experiments.figure.part_counts import count, sizes
 from bench.experiments.figure.posing import posing
-from bench.records.points import Point, columns
-from bench.runner.experiment import Effort
+from bench.old_experiment import Effort
+from bench.records.records import Point, columns
 
 
 def measure(case: Approach | Sizes | PosingTask, seed: int) -> Point | list[Point]:

@@ -7,8 +7,8 @@ from jaxtyping import Float64, Int64
 
 from bench.experiments.figure.cases import EVERYTHING, Curve, Distances, looked_from, object_of
 from bench.experiments.figure.claims import COUNTED
-from bench.records.points import Point, grouped, where
 from bench.records.provenance import scene_digest
+from bench.records.records import Point, grouped, where
 from lod.arrays import Reals, freeze
 from scenes.rig.rigged_prototype import RiggedPrototype
 

@@ -2,15 +2,14 @@
 
 import numpy as np
 
+from bench.experiment import Table
 from bench.experiments.figure.cases import EXAGGERATED_PX, PERSON
 from bench.experiments.figure.claims import Counted, counted, no_smaller, readings, sized
 from bench.experiments.figure.fit import halves, line
 from bench.experiments.figure.part_counts import UM_PER_M
-from bench.plots.numbers import four_decimals
 from bench.plots.plot import Curve, Plot, curves
-from bench.records.claims import Claim
+from bench.records.claims import Claim, four_decimals
 from bench.records.records import Record
-from bench.runner.experiment import Table
 from bench.statistics.power_law import LEAST_ROWS, compare_with_log
 
 _BAND = 5, 95

@@ -19,8 +19,8 @@ from bench.fields.part_sizes import (
     size_predictions,
     view_through,
 )
-from bench.records.points import Column, Point
-from bench.runner.experiment import Effort
+from bench.old_experiment import Effort
+from bench.records.records import Column, Point
 from lod.air import Air, least_extinction
 from lod.view import View
 from lod.viewing import STANDARD_DISPLAY, STANDARD_EYE, BlurWidths, ViewingConditions, blur_widths

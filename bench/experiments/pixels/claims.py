@@ -1,7 +1,8 @@
 """What the pixels experiment claims, judged from its raw counts alone."""
 
-from bench.records.claims import Claim, claim
-from bench.records.points import Point
+from bench.records.claims import Claim
+from bench.records.old_claims import claim
+from bench.records.records import Point
 from bench.statistics.estimates import two_sided_quantile
 from lod.arrays import Reals
 

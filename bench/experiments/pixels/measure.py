@@ -11,17 +11,16 @@ import numpy as np
 
 from bench.fields.part_sizes import camera, density_of, prototypes_with, seed_of
 from bench.fields.scene import FLAT
-from bench.records.points import Point, columns
-from bench.runner.experiment import Effort
+from bench.old_experiment import Effort
+from bench.records.records import Point, columns
 from lod.arrays import Ints
 from lod.crossfade import blend_weights
 from lod.pruner import prune
 from lod.shapes import Sticks, StickTable
 from lod.view import View
 from scenes.appearance.visible_area import first_met
-from scenes.field.placement import Species
-from scenes.field.species_field import SpeciesField
-from scenes.plugins.entry_points import metric_by_name
+from scenes.field.species_field import Species, SpeciesField
+from scenes.plugins import metric_by_name
 
 SPECIES = ("figure", "tree")
 METRICS_TRIED = ("blake", "bounded", "solid_angle")

@@ -2,11 +2,10 @@
 
 import numpy as np
 
+from bench.experiment import Table
 from bench.experiments.pixels.claims import MOST, ratios
 from bench.plots.plot import Curve, Plot, curves
-from bench.records.points import Point, grouped
-from bench.records.records import Record
-from bench.runner.experiment import Table
+from bench.records.records import Point, Record, grouped
 
 _SHARES = (0.5, 0.2, 0.1, 0.05, 0.02, 0.01)
 _AXIS = "parts ÷ pixels covered", "share of the objects that have more"

@@ -2,8 +2,9 @@
 
 import numpy as np
 
-from bench.records.claims import Claim, claim, verification
-from bench.records.points import Point, where
+from bench.records.claims import Claim
+from bench.records.old_claims import claim, verification
+from bench.records.records import Point, where
 from bench.statistics.estimates import (
     two_sided_mean,
     two_sided_paired_ratio,

@@ -18,18 +18,17 @@ from bench.fields.judged_seeds import first_seed
 from bench.fields.part_sizes import density_of, prototypes_with, seed_of
 from bench.fields.part_sizes import scene_hash as fields_hash
 from bench.fields.scene import FLAT
-from bench.records.points import Column, Point, columns, predictions
+from bench.old_experiment import Effort
 from bench.records.provenance import scene_digest
-from bench.runner.experiment import Effort
+from bench.records.records import Column, Point, columns, predictions
 from lod.arrays import Reals
 from lod.camera import Corner, camera_from_heading
 from lod.law import chained_limits
 from lod.metric import METRICS
 from lod.pruner import Cut, prune
 from lod.view import View, distance
-from scenes.field.placement import Species
-from scenes.field.species_field import SpeciesField
-from scenes.preset.load import load_preset
+from scenes.field.species_field import Species, SpeciesField
+from scenes.presets.load import load_preset
 from scenes.render.variants import choose
 from scenes.sticks.prototype import Prototype
 from scenes.world.world import build_world

@@ -17,10 +17,8 @@ from lod.air import CLEAR
 from lod.camera import Camera
 from lod.motion import eye_relative_to
 from lod.shapes import Appearance, Sticks, SticksAndTriangles
-from scenes.frame.displayed import DisplayedRepresentation
-from scenes.frame.frame_input import FrameInput
-from scenes.frame.quality import Quality
-from scenes.render.pipeline.stages import BuiltFrame, build_frame, trace
+from scenes.frame.frame_input import DisplayedRepresentation, FrameInput, Quality
+from scenes.render.render import BuiltFrame, build_frame, trace
 from scenes.sticks.prototype import LUMINANCE
 from scenes.world.light import Light
 

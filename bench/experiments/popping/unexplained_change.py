@@ -19,12 +19,10 @@ from lod.crossfade import blend_weights
 from lod.pruner import Cut, prune
 from lod.view import View, in_view
 from scenes.field.species_field import SpeciesField
-from scenes.frame.assemble import frame_quality
-from scenes.frame.displayed import DisplayedRepresentation, Posing, display
-from scenes.frame.schedule import with_schedule
-from scenes.preset.tables import Preset
+from scenes.frame.frame_input import DisplayedRepresentation, Posing, display
+from scenes.presets.schema import Preset
+from scenes.scene import frame_quality, view_at, with_schedule
 from scenes.world.light import sun_and_sky
-from scenes.world.view import view_at
 from scenes.world.world import World
 
 AT_FULL_SIZE = 0.5

@@ -41,18 +41,17 @@ from bench.methods.environments import CYCLES, VIDEO
 from bench.methods.method import Arm
 from bench.methods.runner import KINDS, Runner, Window, make_one_frame, prepared_runner
 from bench.methods.video import just_objectionable_differences
-from bench.records.points import Column, Point
+from bench.old_experiment import Effort
 from bench.records.provenance import scene_digest
-from bench.runner.experiment import Effort
+from bench.records.records import Column, Point
 from bench.statistics.excess_flip import mean_flip
 from scenes.frame.layers import SKY_Z, Layers
-from scenes.preset.load import load_preset
-from scenes.preset.tables import Preset
+from scenes.presets.load import load_preset
+from scenes.presets.schema import Preset
+from scenes.render.memory import forecast, frame_bytes, memory_limit
 from scenes.render.pictures import auto_exposure, to_srgb
-from scenes.render.pipeline.memory_limit import frame_bytes, memory_limit
 from scenes.render.variants import choose
-from scenes.world.forecast import forecast
-from scenes.world.view import view_at
+from scenes.scene import view_at
 from scenes.world.world import World, build_world
 
 JUDGED = "blake", "clipped", "discrete", "stochastic"

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from bench.experiment import Table
 from bench.experiments.fidelity.equal_error import EQUAL_ERROR
 from bench.experiments.fidelity.image_errors import BANDS
 from bench.experiments.rivals.measure import JUDGED
@@ -26,9 +27,7 @@ from bench.methods.comparison import (
     megabytes,
 )
 from bench.plots.plot import Curve, Plot, curves
-from bench.records.points import Point, grouped, where
-from bench.records.records import Record
-from bench.runner.experiment import Table
+from bench.records.records import Point, Record, grouped, where
 from bench.statistics.estimates import two_sided_factor
 from lod.errors import InputError
 

@@ -8,8 +8,9 @@ import numpy as np
 
 from bench.experiments.scaling.claims_beyond import judge_beyond
 from bench.fields.cases import EYE_HEIGHT_M, SWEEPS, Case
-from bench.records.claims import Claim, claim, verification
-from bench.records.points import Point, grouped
+from bench.records.claims import Claim
+from bench.records.old_claims import claim, verification
+from bench.records.records import Point, grouped
 from bench.statistics.estimates import Estimate, two_sided_ratio, two_sided_slope
 
 FAR = 20.0

@@ -11,8 +11,9 @@ import numpy as np
 
 from bench.experiments.scaling.cases_beyond import BEYOND, swept_beyond
 from bench.fields.cases import Case
-from bench.records.claims import Claim, claim, verification
-from bench.records.points import Point, where
+from bench.records.claims import Claim
+from bench.records.old_claims import claim, verification
+from bench.records.records import Point, where
 from bench.statistics.estimates import Estimate, two_sided_ratio
 
 _KNOWS = "§4.1, with what the case adds"

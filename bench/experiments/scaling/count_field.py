@@ -4,12 +4,11 @@ import numpy as np
 
 from bench.fields.cases import Case
 from bench.fields.scene import KEPT, field_seed, ground_of, prototypes_of, view_of
-from bench.records.points import Point
 from bench.records.provenance import scene_digest
-from bench.statistics.sample_size import Row
+from bench.records.records import Point
+from bench.statistics.samples import Row
 from lod.pruner import Cut, prune
-from scenes.field.placement import Species
-from scenes.field.species_field import SpeciesField
+from scenes.field.species_field import Species, SpeciesField
 
 COLUMNS = ("objects", "parts", "objects_examined", "parts_examined")
 """What is counted in a field, displayed and examined, in the order of a row."""

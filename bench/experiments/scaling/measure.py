@@ -9,10 +9,10 @@ from bench.experiments.scaling.count_field import COLUMNS, count_field, seed_of
 from bench.experiments.scaling.prediction import predict
 from bench.fields.cases import Case, metric_cases
 from bench.fields.cases import cases as even_cases
-from bench.records.points import Point, columns, predictions
-from bench.runner.experiment import Effort
+from bench.old_experiment import Effort
+from bench.records.records import Point, columns, predictions
 from bench.statistics.estimates import fields_needed
-from bench.statistics.sample_size import StoppingRule, sample, worst_error
+from bench.statistics.samples import StoppingRule, sample, worst_error
 
 _JUDGED = 2
 """The number of columns, objects and parts displayed, that decide how many fields there are."""

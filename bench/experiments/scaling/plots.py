@@ -5,14 +5,13 @@ from collections.abc import Callable, Iterable
 import numpy as np
 from scipy import stats
 
+from bench.experiment import Table
 from bench.experiments.scaling.cases_beyond import BEYOND, swept_beyond
 from bench.experiments.scaling.claims import by_kind, case_of, noise_of, swept
 from bench.experiments.scaling.count_field import COLUMNS
 from bench.experiments.scaling.plots_beyond import beyond_plots, half_beyond
 from bench.plots.plot import Curve, Plot, against_law, curves
-from bench.records.points import Point, where
-from bench.records.records import Record
-from bench.runner.experiment import Table
+from bench.records.records import Point, Record, where
 from bench.statistics.estimates import TWO_SIDED_TAILS
 
 _AXES = {

@@ -4,8 +4,7 @@ from bench.experiments.scaling.cases_beyond import BEYOND, swept_beyond
 from bench.experiments.scaling.claims_beyond import over_bare, over_law
 from bench.fields.cases import Case
 from bench.plots.plot import Curve, Plot, against_law
-from bench.records.points import Point, where
-from bench.records.records import Record
+from bench.records.records import Point, Record, where
 from bench.statistics.estimates import Estimate
 
 

@@ -18,7 +18,7 @@ from lod.law import (
 )
 from lod.metric import Metric
 from lod.viewing import ViewingConditions
-from scenes.plugins.entry_points import metric_by_name
+from scenes.plugins import metric_by_name
 from scenes.sticks.prototype import Prototype
 
 _NODES = 2**18

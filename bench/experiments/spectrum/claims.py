@@ -2,8 +2,9 @@
 
 import numpy as np
 
-from bench.records.claims import Claim, claim
-from bench.records.points import Point
+from bench.records.claims import Claim
+from bench.records.old_claims import claim
+from bench.records.records import Point
 from bench.statistics.estimates import two_sided_paired_ratio, two_sided_share
 from lod.arrays import Reals
 

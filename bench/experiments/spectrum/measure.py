@@ -13,23 +13,21 @@ import numpy as np
 from jaxtyping import Float64
 
 from bench.experiments.spectrum.claims import EDGES
-from bench.records.points import Column, Point, Prediction
+from bench.old_experiment import Effort
 from bench.records.provenance import scene_digest
-from bench.runner.experiment import Effort
+from bench.records.records import Column, Point, Prediction
 from lod.air import CLEAR
 from lod.arrays import Reals
 from lod.metric import METRICS
 from lod.pruner import prune
-from scenes.frame.displayed import display
-from scenes.frame.frame_input import FrameInput
-from scenes.frame.quality import Quality
-from scenes.preset.load import load_preset
-from scenes.preset.tables import Preset
-from scenes.render.pipeline.render import render_frame
+from scenes.frame.frame_input import FrameInput, Quality, display
+from scenes.presets.load import load_preset
+from scenes.presets.schema import Preset
+from scenes.render.render import render_frame
 from scenes.render.variants import choose
+from scenes.scene import view_at
 from scenes.sticks.prototype import LUMINANCE
 from scenes.world.light import Light
-from scenes.world.view import view_at
 from scenes.world.world import World, build_world
 
 DETAILS = (2.0, 4.0, 8.0, 16.0)

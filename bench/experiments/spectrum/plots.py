@@ -4,11 +4,10 @@ from itertools import pairwise
 
 import numpy as np
 
+from bench.experiment import Table
 from bench.experiments.spectrum.claims import EDGES, octaves
 from bench.plots.plot import Curve, Plot, curves
-from bench.records.points import Point
-from bench.records.records import Record
-from bench.runner.experiment import Table
+from bench.records.records import Point, Record
 
 _MIDDLES = [float(np.sqrt(a * b)) for a, b in pairwise(EDGES)]
 _NAMES = {"whole": "unpruned", "pruned": "pruned", "lost": "difference"}

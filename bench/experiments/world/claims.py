@@ -4,8 +4,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from bench.records.claims import Claim, claim, verification
-from bench.records.points import Point, where
+from bench.records.claims import Claim
+from bench.records.old_claims import claim, verification
+from bench.records.records import Point, where
 from bench.statistics.estimates import Estimate, exactly, two_sided_median
 from bench.statistics.power_law import fit_exponent
 

@@ -36,8 +36,7 @@ from bench.acting import (
     verdict_rows,
     walking_rows,
 )
-from bench.cli.output import table
-from bench.cli.progress import counted
+from bench.cli.output import counted, table
 from bench.records.provenance import provenance, scene_digest
 from lod.errors import InputError
 from scenes.files import whole_file

@@ -18,13 +18,11 @@ from lod.camera import Camera, Corner
 from lod.pruner import Cut, Parts, cut_from_parts
 from lod.shapes import Triangles
 from scenes.appearance.tone import Illumination
-from scenes.frame.displayed import DisplayedRepresentation
-from scenes.frame.frame_input import FrameInput
-from scenes.frame.quality import Quality
-from scenes.render.pipeline.render import render_frame
+from scenes.frame.frame_input import DisplayedRepresentation, FrameInput, Quality
+from scenes.ground.shading import GROUND_MATERIALS
+from scenes.render.render import render_frame
 from scenes.render.variants import choose
 from scenes.sticks.prototype import LUMINANCE
-from scenes.terrain.colour import GROUND_MATERIALS
 from scenes.world.light import Light
 
 SUNS_DEG, EYES_DEG, AZIMUTHS = (10.0, 40.0, 70.0), (0.0, 30.0), 16

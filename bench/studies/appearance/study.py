@@ -11,8 +11,7 @@ from pathlib import Path
 
 import click
 
-from bench.cli.output import table
-from bench.cli.progress import counted
+from bench.cli.output import counted, table
 from bench.studies.appearance.cases import Case, cases
 from bench.studies.appearance.cuts import lone_object
 from bench.studies.appearance.light import radiance_ratios

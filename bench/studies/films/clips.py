@@ -23,21 +23,19 @@ import numpy as np
 from jaxtyping import Bool
 from PIL import Image
 
-from bench.cli.output import table
-from bench.cli.progress import counted
+from bench.cli.output import counted, table
 from bench.experiments.popping.unexplained_change import Walk, walk
 from lod.camera import Camera
 from scenes.files import check_ours, make_folder
-from scenes.frame.assemble import assemble_frame
 from scenes.frame.layers import Layers
-from scenes.preset.load import load_preset
-from scenes.preset.tables import Preset
+from scenes.presets.load import load_preset
+from scenes.presets.schema import Preset
 from scenes.render.exr.header import frame_header
 from scenes.render.exr.layers import write_exr
 from scenes.render.pictures import save_picture, write_contact_sheet, write_movie
-from scenes.render.pipeline.render import render_frame
+from scenes.render.render import render_frame
 from scenes.render.variants import choose
-from scenes.world.view import view_at
+from scenes.scene import assemble_frame, view_at
 from scenes.world.world import World, build_world
 
 WORLD = (

@@ -18,14 +18,13 @@ import click
 import numpy as np
 from PIL import Image
 
-from bench.cli.output import table
-from bench.cli.progress import counted
+from bench.cli.output import counted, table
 from bench.experiments.popping.claims import WAYS
 from bench.experiments.popping.unexplained_change import Walk, walk
 from lod.errors import InputError
 from scenes.files import check_ours, make_folder, whole_file
-from scenes.preset.load import load_preset
-from scenes.preset.tables import Preset
+from scenes.presets.load import load_preset
+from scenes.presets.schema import Preset
 from scenes.render.pictures import save_picture
 from scenes.render.variants import choose
 from scenes.world.world import World, build_world

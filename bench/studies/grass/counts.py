@@ -20,13 +20,11 @@ from bench.count.count_frame import count
 from bench.studies.grass.frames import PRESET
 from lod.errors import InputError
 from lod.pruner import prune
-from scenes.frame.displayed import display
-from scenes.preset.load import load_preset, preset_from
-from scenes.preset.tables import Preset
-from scenes.render.pipeline.memory_limit import check_pruning, frame_bytes, memory_limit
-from scenes.render.pipeline.peak_memory import peak_rss_bytes
-from scenes.world.forecast import forecast
-from scenes.world.view import view_at
+from scenes.frame.frame_input import display
+from scenes.presets.load import load_preset, preset_from
+from scenes.presets.schema import Preset
+from scenes.render.memory import check_pruning, forecast, frame_bytes, memory_limit, peak_rss_bytes
+from scenes.scene import view_at
 from scenes.world.world import build_world
 
 METRICS = "blake", "bounded", "solid_angle"

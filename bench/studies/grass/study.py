@@ -13,8 +13,7 @@ from typing import Any
 import click
 import numpy as np
 
-from bench.cli.output import table
-from bench.cli.progress import counted
+from bench.cli.output import counted, table
 from bench.records.study_record import study_record, write_study_record
 from bench.studies.grass.counts import DENSITIES, METRICS, measure_apart
 from bench.studies.grass.edge import (

@@ -14,8 +14,7 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from scenes.frame.quality import Quality
-from scenes.frame.window import Window
+from scenes.frame.frame_input import Quality, Window
 from scenes.render.light import load_plugin
 
 

@@ -9,7 +9,7 @@ import mitsuba as mi
 import numpy as np
 
 from lod.air import Mist, haze_extinction, mist_extinction
-from scenes.frame.quality import Quality, SampleWatch, sampler_seed
+from scenes.frame.frame_input import Quality, SampleWatch, sampler_seed
 from scenes.render.build import GUIDES, BuiltScene, pinhole, sensor
 from scenes.render.drivers.camera_rays import in_window, pixel_sums, sample_groups, sample_rays
 from scenes.render.drivers.samples import Samples

@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from scenes.frame.window import Window
+from scenes.frame.frame_input import Window
 from scenes.render.build import BuiltScene
 from scenes.render.description import NEAR_M, Description
 from scenes.render.drivers.camera_rays import pixel_directions

@@ -4,8 +4,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from scenes.frame.frame_input import Window
 from scenes.frame.layers import SKY_Z, Coverage, Layers, add_coverage
-from scenes.frame.window import Window
 from scenes.render.build import GUIDES, BuiltScene
 from scenes.render.drivers.motion_vectors import motion_vectors
 

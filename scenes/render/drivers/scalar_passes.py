@@ -26,7 +26,7 @@ from typing import Any
 import mitsuba as mi
 import numpy as np
 
-from scenes.frame.quality import Quality, SampleWatch, sampler_seed
+from scenes.frame.frame_input import Quality, SampleWatch, sampler_seed
 from scenes.render.build import GUIDES, BuiltScene, pinhole, sensor
 from scenes.render.drivers.camera_rays import pixel_directions, sample_groups, square_sides
 from scenes.render.drivers.samples import Samples

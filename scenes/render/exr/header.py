@@ -21,9 +21,8 @@ import numpy as np
 
 from lod.camera import Camera
 from lod.errors import InputError
-from scenes.preset.load import preset_from
-from scenes.preset.models import MODEL_TABLES
-from scenes.preset.tables import Preset
+from scenes.presets.load import MODEL_TABLES, preset_from
+from scenes.presets.schema import Preset
 
 _LEAST, _MOST = -(2**31), 2**31 - 1
 

@@ -34,7 +34,7 @@ import OpenEXR
 
 from lod.errors import InputError
 from scenes.frame.layers import Coverage, Layers, Mattes, add_coverage
-from scenes.preset.tables import OutputPreset
+from scenes.presets.schema import OutputPreset
 from scenes.processes.streams import stdout_to_stderr
 
 PIXELS_SHA256 = "lod:pixels_sha256"

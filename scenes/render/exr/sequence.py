@@ -24,7 +24,7 @@ from scenes.files import (
 )
 from scenes.processes.ownership import Owned, ownership
 from scenes.render.exr.header import FRAME, Record, Settings, settings_in
-from scenes.render.pipeline.peak_memory import peak_rss_bytes
+from scenes.render.memory import peak_rss_bytes
 
 Render = Callable[[Settings, int, Path], Record]
 """Renders a frame of these settings into a file. Here a Worker (worker.py) does, which passes the

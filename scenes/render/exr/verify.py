@@ -12,7 +12,7 @@ import numpy as np
 
 from lod.errors import InputError
 from scenes.files import stray_partials
-from scenes.preset.tables import Preset
+from scenes.presets.schema import Preset
 from scenes.render.exr.header import Record, Settings, preset_from_settings, software
 from scenes.render.exr.layers import channel_types, read_pixels
 from scenes.render.exr.sequence import (

@@ -8,10 +8,10 @@ import pytest
 from bench.cli.main import main
 from scenes.actors.acting import Acting
 from scenes.actors.performance import ActedFrame
-from scenes.preset.load import load_preset
+from scenes.presets.load import load_preset
 from scenes.render.exr.sequence import read_whole
 from scenes.render.object_keys import identities
-from scenes.world.world import build_world
+from scenes.scene import Scene
 
 TINY = """
 [terrain]
@@ -121,7 +121,7 @@ def test_a_refusal_is_one_line(
 
 def test_objects_have_the_names_of_actors() -> None:
     chosen = load_preset("tiny.toml", ["view.detail=0.1"])
-    names = [each.of for each in identities(build_world(chosen), chosen, 2)]
+    names = [each.of for each in identities(Scene(chosen), 2)]
     assert names.count("joe") == names.count("bun") == 1
 
 

@@ -12,12 +12,11 @@ from typing import Any
 
 import pytest
 
-from bench.cli.frame_flags import frame_numbers
+from bench.cli.flags import frame_numbers, preset_from_flags
 from bench.cli.main import main
-from bench.cli.view_flags import preset_from_flags
 from lod.errors import InputError
 from scenes.files import check_pattern
-from scenes.preset.load import load_preset, preset_from, preset_names
+from scenes.presets.load import load_preset, preset_from, preset_names
 
 GENERATED = 10_000
 TABLE = "a table of keys"

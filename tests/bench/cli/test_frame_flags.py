@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from bench.cli.frame_flags import frame_numbers, memory_size
+from bench.cli.flags import frame_numbers, memory_size
 from lod.errors import InputError
 from scenes.files import check_pattern, frame_path, make_folder
 

@@ -9,7 +9,7 @@ import pytest
 
 from bench.cli.commands.frames import drop_flag
 from bench.cli.main import main
-from scenes.preset.load import load_preset
+from scenes.presets.load import load_preset
 from scenes.render.exr.header import frame_settings
 from scenes.render.exr.sequence import open_job, render_sequence
 from scenes.render.frame_session import FrameSession

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from bench.cli import kernel_cache
-from bench.cli.progress import tell_first_run
+from bench.cli.output import tell_first_run
 from scenes.processes import cache as sources
 
 ROOT = Path(__file__).parents[3]

@@ -9,7 +9,7 @@ import pytest
 from bench.cli.commands.cache import command as cache
 from bench.cli.main import main
 from lod.errors import InputError
-from scenes.preset.load import load_preset
+from scenes.presets.load import load_preset
 from scenes.processes.cache import kept
 
 

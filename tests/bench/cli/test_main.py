@@ -14,8 +14,7 @@ import click
 import pytest
 
 from bench.cli import main as cli
-from bench.cli.collector import collector_paused
-from bench.cli.output import output, table
+from bench.cli.output import collector_paused, output, table
 from lod.errors import InputError
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -87,7 +86,7 @@ def test_what_goes_wrong_is_one_line_and_a_code(
 LATE = """
 import os, signal
 from bench.cli import main as cli
-from bench.cli.collector import collector_paused
+from bench.cli.output import collector_paused
 
 class Last:
     def __del__(self, kill=os.kill, number=signal.SIGINT):

@@ -10,7 +10,8 @@ import pytest
 
 from bench.cli.main import main
 from lod.errors import InputError
-from scenes.render.pipeline import memory_limit, stages
+from scenes.render import memory as memory_limit
+from scenes.render import render as stages
 from scenes.world import cast, world
 
 GB = 10**9
@@ -145,12 +146,12 @@ def test_a_repair_foretells_the_actors_of_its_frames(
     run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """In the process that renders, by the settings on record."""
-    from scenes.preset.load import load_preset
+    from scenes.presets.load import load_preset
     from scenes.render import frame_session
     from scenes.render.exr.header import frame_settings
 
     (tmp_path / "throng.toml").write_text(THRONG)
-    monkeypatch.setattr(frame_session, "build_world", began)
+    monkeypatch.setattr(frame_session, "Scene", began)
     monkeypatch.setattr(frame_session, "replayed", began)
     chosen = load_preset("throng.toml", [OVER["frames"][1], OVER["frames"][3]])
     session = frame_session.FrameSession(frame_settings(chosen, "scalar_rgb", "0" * 64))
@@ -161,7 +162,7 @@ def test_a_repair_foretells_the_actors_of_its_frames(
 
 
 def test_usual_casts_fit(run: Run) -> None:
-    from scenes.preset.load import load_preset
+    from scenes.presets.load import load_preset
     from scenes.render.acting_track import check_track
 
     check_track(load_preset("playground"), GB // 5)
@@ -199,14 +200,13 @@ def test_a_limit_is_told_as_it_was_given_and_none_lifts_it(run: Run) -> None:
 
 @pytest.mark.parametrize("name", ["meadow", "forest", "crowd", "zoo", "aerial", "mountain"])
 def test_usual_presets_fit_into_4_gb(run: Run, name: str) -> None:
-    from scenes.preset.load import load_preset
-    from scenes.world.world import build_world
+    from scenes.presets.load import load_preset
+    from scenes.scene import Scene
 
     # Woods at one pixel: 17 and 42 million parts at 1920x1080, which few machines hold.
     size = "640x360" if name in ("aerial", "forest") else "1920x1080"
     preset = load_preset(name, [f'render.size="{size}"'])
-    world = build_world(preset)
-    memory_limit.check_frame_forecast(world, preset, 1, "llvm_ad_rgb", None)
+    memory_limit.check_frame_forecast(Scene(preset), 1, "llvm_ad_rgb", None)
 
 
 def test_a_budget_that_cannot_be_filled_shows_all_there_is(run: Run) -> None:

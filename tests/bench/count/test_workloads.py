@@ -8,7 +8,7 @@ from bench.cli.main import main
 from bench.count import workloads
 from bench.count.workloads import Workload, first_frame_counts, workload_named
 from lod.errors import InputError
-from scenes.preset.load import preset_names
+from scenes.presets.load import preset_names
 
 QUICK = "fly_in"
 

@@ -11,7 +11,7 @@ from bench.experiments.air.targets import (
     visibility_seen,
 )
 from lod.air import Air, rgb_extinction
-from scenes.frame.quality import Quality
+from scenes.frame.frame_input import Quality
 from scenes.render import variants
 
 SEED = 1

@@ -6,6 +6,7 @@ import re
 import numpy as np
 import pytest
 
+from bench.experiment import experiments
 from bench.experiments.colonnade import plots as colonnade_plots
 from bench.experiments.colonnade.claims import judge
 from bench.experiments.colonnade.measure import SHOTS
@@ -21,12 +22,13 @@ from bench.experiments.colonnade.scene import (
     pixel_solid_angle,
     places,
 )
-from bench.experiments.registry import EXPERIMENTS
-from bench.runner.run_experiment import run_experiment
-from scenes.frame.quality import Quality
+from bench.runs import run_experiment
+from scenes.frame.frame_input import Quality
 from scenes.models.stone import HEIGHT_M, RADIUS_M, column
 from scenes.render.variants import choose
 from tests.bench.edited import edited
+
+EXPERIMENTS = experiments()
 
 
 def test_images_grow_and_angles_shrink_to_the_side():

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bench.experiment import experiments
 from bench.experiments.cover import plots as cover_plots
 from bench.experiments.cover.claims import (
     SAME_RAYS,
@@ -26,20 +27,20 @@ from bench.experiments.cover.scene import (
     whole,
     window_view,
 )
-from bench.experiments.registry import EXPERIMENTS
 from bench.fields.judged_seeds import BUILDING_SEEDS
-from bench.records.points import Column, Point
 from bench.records.provenance import provenance
-from bench.records.records import Record
+from bench.records.records import Column, Point, Record
 from lod.air import rgb_extinction
 from lod.metric import METRICS
 from lod.pruner import prune
 from lod.view import in_view
 from scenes.frame.layers import Layers
-from scenes.preset.load import load_preset
+from scenes.presets.load import load_preset
+from scenes.scene import preset_air, view_at
 from scenes.sticks.prototype import LUMINANCE
-from scenes.world.view import preset_air, view_at
 from scenes.world.world import build_world
+
+EXPERIMENTS = experiments()
 
 
 def picture(Z, value):

@@ -7,9 +7,8 @@ import numpy as np
 from bench.experiments.depth import plots as depth_plots
 from bench.experiments.depth.claims import QUADRANTS, judge
 from bench.experiments.depth.measure import EXTENTS_M, RAYS, pierced
-from bench.records.points import Column, Point
 from bench.records.provenance import provenance
-from bench.records.records import Record
+from bench.records.records import Column, Point, Record
 from lod.shapes import Sticks
 
 NORTH = np.array([[0.0, 1.0, 0.0]])

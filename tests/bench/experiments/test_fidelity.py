@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bench.experiment import experiments
 from bench.experiments.fidelity import plots as fidelity_plots
 from bench.experiments.fidelity.claims import judge, judged_bands, same_place, swept
 from bench.experiments.fidelity.equal_error import crossings
@@ -34,14 +35,15 @@ from bench.experiments.fidelity.scene import (
 from bench.experiments.fidelity.shipped.claims import errors
 from bench.experiments.fidelity.shipped.pictures import Looks
 from bench.experiments.figure.cases import curves
-from bench.experiments.registry import EXPERIMENTS
 from bench.fields.judged_seeds import BUILDING_SEEDS
-from bench.records.points import Column, Point, columns, merge_points
 from bench.records.provenance import provenance
-from bench.records.records import Record
+from bench.records.records import Column, Point, Record, columns, merge_points
 from scenes.frame.layers import Layers
 from scenes.models.catalogue import PROTOTYPE_SEED
-from scenes.preset.load import load_preset
+from scenes.presets.load import load_preset
+
+EXPERIMENTS = experiments()
+
 
 EXPERIMENT = EXPERIMENTS["fidelity"]
 DETAILS = EXPERIMENT.full["details"]

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from bench.experiment import experiments
 from bench.experiments.figure.cases import (
     EVERYTHING,
     METRICS,
@@ -31,17 +32,18 @@ from bench.experiments.figure.fit import RESAMPLES, exponent, halves, line, rank
 from bench.experiments.figure.part_counts import approaches, count, displayed_parts, sizes
 from bench.experiments.figure.plots import plots, point_table
 from bench.experiments.figure.posing import posing
-from bench.experiments.registry import EXPERIMENTS
-from bench.records.points import Point, columns
-from bench.records.records import read_record, write_record
+from bench.old_experiment import Effort
+from bench.records.records import Point, columns, read_record, write_record
 from bench.report.write import write_report
-from bench.runner.experiment import Effort
-from bench.runner.run_experiment import run_experiment
+from bench.runs import run_experiment
 from bench.statistics.estimates import two_sided_median
 from lod.camera import Corner, camera_from_heading
 from lod.errors import InputError
 from lod.pruner import Parts, prune
 from lod.shapes import Sticks
+
+EXPERIMENTS = experiments()
+
 
 SMALL = Effort("quick", {"poses": 6, "distances": 8, "repeats": 8, "posed": 3})
 

@@ -14,9 +14,8 @@ import pytest
 from bench.statistics.excess_flip import FLOOR, LEAST_PAIRS, mean_flip, one_sided_excess
 from lod.air import CLEAR
 from lod.pruner import prune
-from scenes.frame.assemble import assemble_frame
-from scenes.preset.load import load_preset
-from scenes.world.view import view_at
+from scenes.presets.load import load_preset
+from scenes.scene import assemble_frame, view_at
 from scenes.world.world import build_world
 
 OPEN_FIELD = (
@@ -63,7 +62,7 @@ def frame(cut):
 
 @cache
 def rendered(cut, seed, clear=False):
-    from scenes.render.pipeline.render import render_frame
+    from scenes.render.render import render_frame
 
     made = frame(cut)
     air = CLEAR if clear else made.air

@@ -10,9 +10,8 @@ from bench.experiments.pixels import plots as pixels_plots
 from bench.experiments.pixels.claims import judge
 from bench.experiments.pixels.measure import covered, drawn
 from bench.fields.part_sizes import camera
-from bench.records.points import Point, columns
 from bench.records.provenance import provenance
-from bench.records.records import Record
+from bench.records.records import Point, Record, columns
 from bench.statistics.estimates import two_sided_quantile
 from lod.metric import METRICS
 from lod.view import View

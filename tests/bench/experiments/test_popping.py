@@ -9,9 +9,8 @@ import pytest
 from bench.experiments.popping import plots as popping_plots
 from bench.experiments.popping.claims import QUANTILES, SWITCHED, WAYS, judge
 from bench.experiments.popping.measure import in_one_only
-from bench.records.points import Column, Point, columns, predictions
 from bench.records.provenance import provenance
-from bench.records.records import Record
+from bench.records.records import Column, Point, Record, columns, predictions
 
 
 def test_area_in_one_disc_only():

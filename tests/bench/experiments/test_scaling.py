@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 import lod.metric
 import lod.view
-from bench.experiments.registry import EXPERIMENTS
+from bench.experiment import experiments, silent
 from bench.experiments.scaling import count_field as scaling_measure
 from bench.experiments.scaling import measure as scaling
 from bench.experiments.scaling.claims import FAR, beyond, judge, noise_of, swept
@@ -20,13 +20,15 @@ from bench.experiments.scaling.measure import SampledCase, sampled_cases
 from bench.experiments.scaling.prediction import disc_in_square, predict, shown_areas
 from bench.fields.cases import EYE_HEIGHT_M, SWEEPS, Case, cases
 from bench.fields.scene import prototypes_of, view_of
-from bench.records.points import Point, columns, predictions
-from bench.records.records import read_record, write_record
-from bench.runner.experiment import Effort, silent
-from bench.runner.run_experiment import run_experiment
-from bench.statistics.sample_size import StoppingRule, sample, worst_error
+from bench.old_experiment import Effort
+from bench.records.records import Point, columns, predictions, read_record, write_record
+from bench.runs import run_experiment
+from bench.statistics.samples import StoppingRule, sample, worst_error
 from lod.law import chained_limits
 from lod.metric import METRICS
+
+EXPERIMENTS = experiments()
+
 
 SMALL = Case("density", "figure", "blake", density=0.01, detail=20.0)
 FIGURES = [case for case in cases() if case.species == "figure"]

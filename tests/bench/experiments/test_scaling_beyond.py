@@ -14,9 +14,8 @@ from bench.experiments.scaling.plots_beyond import beyond_plots
 from bench.experiments.scaling.prediction import cleared, clumping, predict
 from bench.fields.cases import Case
 from bench.fields.scene import KEPT
-from bench.records.points import Point, columns, predictions
 from bench.records.provenance import provenance
-from bench.records.records import Record
+from bench.records.records import Point, Record, columns, predictions
 from tests.bench.edited import edited
 
 CASES = [case for case in beyond_cases() if case.sweep != "mixed"]

@@ -8,9 +8,8 @@ import pytest
 from bench.experiments.spectrum import plots as spectrum_plots
 from bench.experiments.spectrum.claims import EDGES, judge
 from bench.experiments.spectrum.measure import DETAILS, picture, spectrum
-from bench.records.points import Column, Point, predictions
 from bench.records.provenance import provenance
-from bench.records.records import Record
+from bench.records.records import Column, Point, Record, predictions
 from scenes.render.variants import choose
 
 OCTAVES = len(EDGES) - 1

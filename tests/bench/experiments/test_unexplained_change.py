@@ -15,12 +15,11 @@ from lod.metric import METRICS
 from lod.pruner import prune
 from lod.view import View
 from scenes.field.species_field import Placed
-from scenes.frame.displayed import DisplayedRepresentation, display
-from scenes.frame.quality import Quality
+from scenes.frame.frame_input import DisplayedRepresentation, Quality, display
+from scenes.ground.terrain import Terrain
 from scenes.models.stone import boulder_prototypes
-from scenes.preset.load import load_preset
+from scenes.presets.load import load_preset
 from scenes.render.variants import choose
-from scenes.terrain.terrain import Terrain
 from scenes.world.light import Light
 from scenes.world.world import build_world
 

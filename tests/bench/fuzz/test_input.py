@@ -23,18 +23,17 @@ from hypothesis import strategies as st
 
 from bench.cli import main as cli
 from bench.cli.commands.render import command as render
-from bench.cli.frame_flags import frame_numbers, memory_limit_bytes
+from bench.cli.flags import FLAG_KEYS, frame_numbers, memory_limit_bytes, preset_from_flags
 from bench.cli.main import _verdict as main_verdict
 from bench.cli.main import main, program
-from bench.cli.view_flags import FLAG_KEYS, preset_from_flags
 from bench.records.provenance import provenance
 from bench.records.records import FORMAT, FORMAT_VERSION, _hash, read_record
 from lod.errors import InputError
 from lod.metric import Metric
+from scenes import plugins as entry_points
 from scenes.files import check_pattern
-from scenes.plugins import entry_points
-from scenes.preset.errors import known_keys
-from scenes.preset.load import load_preset, preset_from, preset_names
+from scenes.presets.keys import known_keys
+from scenes.presets.load import load_preset, preset_from, preset_names
 from scenes.render.exr.sequence import read_whole
 
 KINDS = 6

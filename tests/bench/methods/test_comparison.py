@@ -33,9 +33,9 @@ from bench.methods.cycles import chains
 from bench.methods.environments import CYCLES, VIDEO, answer_of
 from bench.methods.method import Arm, by_view
 from bench.methods.video import just_objectionable_differences
-from bench.records.points import Column, Point, where
+from bench.records.records import Column, Point, where
 from lod.errors import InputError
-from scenes.plugins import entry_points
+from scenes import plugins as entry_points
 from scenes.world.world import build_world
 
 PLUGIN = Path(__file__).parents[2] / "plugin"

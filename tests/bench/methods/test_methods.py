@@ -33,8 +33,8 @@ from bench.methods.stochastic import (
 from lod.errors import InputError
 from lod.pruner import prune
 from lod.view import distance, in_view
-from scenes.plugins import entry_points
-from scenes.world.view import view_at
+from scenes import plugins as entry_points
+from scenes.scene import view_at
 from scenes.world.world import build_world
 
 PLUGIN = Path(__file__).parents[2] / "plugin"

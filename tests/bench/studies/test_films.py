@@ -12,10 +12,9 @@ from bench.experiments.popping.unexplained_change import Walk, frames_of, popped
 from bench.studies.films import clips
 from bench.studies.films.clips import CLIPS, WAYS, pixels_seen_before, table_rows, verdict_line
 from lod.camera import Corner, camera_from_heading
-from scenes.frame.assemble import assemble_frame
-from scenes.preset.load import load_preset
+from scenes.presets.load import load_preset
 from scenes.render.exr.layers import read_exr
-from scenes.world.view import view_at
+from scenes.scene import assemble_frame, view_at
 from scenes.world.world import build_world
 
 

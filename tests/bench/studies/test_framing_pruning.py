@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 
 from bench.statistics.excess_flip import LEAST_PAIRS, mean_flip, one_sided_excess
-from scenes.frame.assemble import assemble_frame
-from scenes.preset.load import load_preset
+from scenes.presets.load import load_preset
 from scenes.render import variants
+from scenes.scene import assemble_frame
 from scenes.world.world import build_world
 
 SCENE = (
@@ -46,7 +46,7 @@ def frame(framing, detail):
 @cache
 def rendered(framing, detail, seed):
     """The picture, of a pair both, side by side."""
-    from scenes.render.pipeline.render import render_frame
+    from scenes.render.render import render_frame
 
     made = frame(framing, detail)
     layers = render_frame(replace(made, quality=replace(made.quality, seed=seed)))

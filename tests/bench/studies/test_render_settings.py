@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from bench.studies.render_settings import DARK, SPP, noise, settings
-from scenes.frame.quality import Quality
+from scenes.frame.frame_input import Quality
 from scenes.render import variants
 from scenes.render.light import load_plugin
 

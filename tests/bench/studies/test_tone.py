@@ -6,7 +6,7 @@ from click.testing import CliRunner
 
 from bench.experiments.cover.claims import SAME_RAYS
 from bench.fields.judged_seeds import BUILDING_SEEDS
-from bench.records.points import columns
+from bench.records.records import columns
 from bench.studies import tone as tone_benchmark
 from bench.studies.tone import (
     COLUMNS,

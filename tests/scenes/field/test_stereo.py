@@ -12,9 +12,8 @@ from lod.errors import InputError
 from lod.metric import METRICS
 from lod.pruner import prune, prune_by_level
 from lod.view import View
-from scenes.field.placement import Species
-from scenes.field.species_field import SpeciesField
-from scenes.preset.load import load_preset
+from scenes.field.species_field import Species, SpeciesField
+from scenes.presets.load import load_preset
 
 
 def view_of(baseline_m, look_around=False, detail=20.0, eye=None):

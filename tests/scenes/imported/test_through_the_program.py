@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from bench.cli.commands.model import SIDE
 from bench.cli.main import main
-from bench.cli.model_sheet import SIDE
 from lod.errors import InputError
 from scenes.imported.library import keep_model, model_by_digest, read_model
-from scenes.preset.load import load_preset
+from scenes.presets.load import load_preset
 from scenes.render.exr.header import frame_settings
 from scenes.render.exr.layers import read_exr
 from scenes.render.exr.sequence import read_whole

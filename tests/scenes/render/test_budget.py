@@ -6,13 +6,11 @@ import pytest
 
 from lod.errors import InputError
 from lod.part_budget import MIN_BUDGET_USE
-from scenes.frame.assemble import assemble_frame, frame_quality
-from scenes.preset.load import load_preset
+from scenes.presets.load import load_preset
 from scenes.render.budget import parts_displayed, within_budget
-from scenes.render.pipeline.memory_model import predict_bytes, predicted_bytes
+from scenes.render.memory import predict_bytes, predicted_bytes
 from scenes.render.variants import choose
-from scenes.world.view import view_at
-from scenes.world.world import build_world
+from scenes.scene import Scene, frame_quality
 
 FRAMES = (1, 400, 3000)
 TINY = Path(__file__).resolve().parents[3] / "bench" / "cli" / "tiny.toml"
@@ -24,8 +22,9 @@ def test_no_frame_is_over_the_budget_and_the_fullest_uses_it(most):
     chosen = within_budget(asked, FRAMES)
     assert chosen.model_dump(exclude={"view"}) == asked.model_dump(exclude={"view"})
     assert chosen.view.max_parts == most
-    world = build_world(chosen)
-    parts = [parts_displayed(world, view_at(world, chosen, frame)) for frame in FRAMES]
+    scene = Scene(chosen)
+    world = scene.world
+    parts = [parts_displayed(world, scene.view(frame)) for frame in FRAMES]
     assert MIN_BUDGET_USE * most <= max(parts) <= most
 
 
@@ -51,8 +50,8 @@ def test_memory_is_filled_and_never_more_is_foretold():
     most, small = 365_000_000, 'render.size="64x36"'
     asked = load_preset("meadow", [f"view.max_memory={most}", small, "camera.speed=20"])
     chosen = within_budget(asked, (1, 400))
-    world, variant = build_world(chosen), choose()
-    needs = [predicted_bytes(assemble_frame(world, chosen, frame, variant)) for frame in (1, 400)]
+    scene, variant = Scene(chosen), choose()
+    needs = [predicted_bytes(scene.input(frame, variant)) for frame in (1, 400)]
     nothing = predict_bytes(0, 0, (64, 36), frame_quality(chosen, variant))
     assert max(needs) <= most
     assert max(needs) - nothing >= 0.97 * (most - nothing)
@@ -78,8 +77,9 @@ def test_a_budget_that_cannot_be_filled_shows_the_finest_there_is_and_says_so(ca
     said: list[str] = []
     preset = load_preset(name, [*settings, "view.max_parts=3000000"])
     chosen = within_budget(preset, frames, note=said.append)
-    world = build_world(chosen)
-    shown = max(parts_displayed(world, view_at(world, chosen, frame)) for frame in frames)
+    scene = Scene(chosen)
+    world = scene.world
+    shown = max(parts_displayed(world, scene.view(frame)) for frame in frames)
     (line,) = said
     assert line.startswith(f"lodbench: --max-parts 3,000,000: {shown:,} parts at ")
     assert line.endswith(("that is all there is", "the ground can be no finer"))

@@ -14,7 +14,7 @@ import pytest
 from lod.errors import InputError
 from scenes.files import partial_path
 from scenes.frame.layers import Layers
-from scenes.preset.load import load_preset
+from scenes.presets.load import load_preset
 from scenes.render import cluster as dask_cluster
 from scenes.render.cluster import (
     Cluster,

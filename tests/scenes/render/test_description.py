@@ -12,15 +12,14 @@ import pytest
 from lod.air import CLEAR, Air, Mist
 from lod.errors import InputError
 from lod.shapes import Sticks
-from scenes.frame.frame_input import FrameInput
+from scenes.frame.frame_input import FrameInput, Quality, sampler_seed
 from scenes.frame.layers import SKY_Z
-from scenes.frame.quality import Quality, sampler_seed
 from scenes.render import variants
 from scenes.render.build import build_scene
 from scenes.render.description import ALIGNMENT, PlacedSticks, batches, describe_frame
 from scenes.render.drivers.camera_rays import sample_groups, square_sides
 from scenes.render.haze import airlight_along, make_haze
-from scenes.render.pipeline.render import render_frame
+from scenes.render.render import render_frame
 from scenes.render.scattered_layer import with_scattering_layer
 from scenes.world.light import Light
 

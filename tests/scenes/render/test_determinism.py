@@ -12,7 +12,7 @@ import pytest
 
 from lod.air import Air, Mist
 from scenes.frame.frame_input import FrameInput
-from scenes.render.pipeline.render import render_frame
+from scenes.render.render import render_frame
 
 LAYERS = ("rgb", "Z", "N", "albedo", "object", "part", "level")
 

@@ -18,9 +18,8 @@ from lod.air import (
     rgb_wavelengths,
 )
 from lod.plane_parallel import RINGS, SPOKES, directions
-from scenes.frame.frame_input import FrameInput
+from scenes.frame.frame_input import FrameInput, Quality
 from scenes.frame.layers import SKY_Z
-from scenes.frame.quality import Quality
 from scenes.render import description as medium
 from scenes.render import variants
 from scenes.render.description import describe_frame
@@ -36,7 +35,7 @@ from scenes.render.light import (
     sun_disc,
     surroundings,
 )
-from scenes.render.pipeline.render import render_frame
+from scenes.render.render import render_frame
 from scenes.render.scattered_layer import (
     DISTANCES_M,
     Lines,

@@ -3,11 +3,9 @@
 import numpy as np
 import pytest
 
-from scenes.frame.assemble import assemble_frame
-from scenes.preset.load import load_preset
+from scenes.presets.load import load_preset
 from scenes.render.object_keys import identities, object_key
-from scenes.world.view import view_at
-from scenes.world.world import build_world
+from scenes.scene import Scene
 
 TOML = """
 seed = 11
@@ -35,27 +33,26 @@ def scene(tmp_path_factory):
     path = tmp_path_factory.mktemp("preset") / "a.toml"
     path.write_text(TOML)
     preset = load_preset(str(path))
-    return preset, build_world(preset)
+    return Scene(preset)
 
 
 def test_every_displayed_id_is_explained_and_no_other(scene):
-    preset, world = scene
-    made = assemble_frame(world, preset, 1, "scalar_rgb")
+    made = scene.input(1, "scalar_rgb")
     from scenes.render.description import describe_frame
 
-    scene = describe_frame(made)
-    drawn = {int(scene["ids"][row, 0]) for rows in scene["owners"].values() for row in set(rows)}
-    known = {each.object: each for each in identities(world, preset, 1)}
+    drawn_as = describe_frame(made)
+    drawn = {
+        int(drawn_as["ids"][row, 0]) for rows in drawn_as["owners"].values() for row in set(rows)
+    }
+    known = {each.object: each for each in identities(scene, 1)}
     assert drawn and drawn <= set(known)
     assert {each.of for each in known.values()} == {"terrain", "figure", "tree", "joe"}
     assert all((each.key is None) == (each.of in ("terrain", "joe")) for each in known.values())
 
 
 def test_a_key_is_the_same_in_another_frame_where_the_id_is_not(scene):
-    preset, world = scene
     first, second = (
-        {each.key: each for each in identities(world, preset, frame) if each.key}
-        for frame in (1, 13)
+        {each.key: each for each in identities(scene, frame) if each.key} for frame in (1, 13)
     )
     both = first.keys() & second.keys()
     assert len(both) > 20 and len(first) > len(both)
@@ -66,13 +63,12 @@ def test_a_key_is_the_same_in_another_frame_where_the_id_is_not(scene):
 
 
 def test_cell_and_number_find_the_object_where_it_stands(scene):
-    preset, world = scene
-    figures = next(each for each in world.fields if each.name == "figure")
-    corner = view_at(world, preset, 1).camera.corner
-    made = assemble_frame(world, preset, 1, "scalar_rgb")
+    figures = next(each for each in scene.world.fields if each.name == "figure")
+    corner = scene.view(1).camera.corner
+    made = scene.input(1, "scalar_rgb")
     names = [v.name for v in made.displayed]
     shown = made.displayed[names.index("figure")].cut
-    known = [each for each in identities(world, preset, 1) if each.of == "figure"]
+    known = [each for each in identities(scene, 1) if each.of == "figure"]
     assert len(known) == len(np.unique(shown.object))
     instances = shown.parts.state.instances
     first = known[0].object - int(np.unique(shown.object)[0])

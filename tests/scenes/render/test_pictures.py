@@ -33,7 +33,7 @@ from scenes.render.pictures import (
     to_srgb_8bit,
     write_contact_sheet,
 )
-from scenes.render.pipeline.render import render_frame
+from scenes.render.render import render_frame
 
 
 def frame(path, value, size=(32, 18)):

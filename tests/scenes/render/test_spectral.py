@@ -5,11 +5,10 @@ import pytest
 
 from lod.air import CLEAR, Air, haze_extinction, rgb_extinction
 from lod.errors import InputError
-from scenes.frame.frame_input import FrameInput
-from scenes.frame.quality import Quality
+from scenes.frame.frame_input import FrameInput, Quality
 from scenes.render import variants
 from scenes.render.light import horizon, make_bands
-from scenes.render.pipeline.render import render_frame
+from scenes.render.render import render_frame
 from scenes.world.light import Light
 
 SPECTRAL = ("scalar_spectral", "llvm_ad_spectral")

@@ -209,7 +209,7 @@ HEAVY = ("mitsuba", "drjit", "numba", "OpenEXR", "scipy", "colour")
 
 CODE = f"""
 import sys
-import bench.cli.commands.render, bench.cli.progress
+import bench.cli.commands.render, bench.cli.output
 import scenes.render.exr.sequence, scenes.render.worker
 import scenes.render.variants
 print(*[name for name in {HEAVY} if name in sys.modules])

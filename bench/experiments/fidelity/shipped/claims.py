@@ -5,8 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bench.records.claims import Claim, claim
-from bench.records.points import Column, Point, where
+from bench.records.claims import Claim
+from bench.records.old_claims import claim
+from bench.records.records import Column, Point, where
 from bench.statistics.estimates import Estimate, two_sided_mean
 from bench.statistics.extrapolated_error import noise_free, one_sided_mean
 from lod.arrays import Reals

@@ -12,10 +12,9 @@ from lod.metric import Metric
 from lod.pruner import prune
 from lod.shapes import Sticks, batches_of
 from lod.view import View
-from scenes.frame.displayed import DisplayedRepresentation, display
-from scenes.frame.quality import Quality
-from scenes.render.pipeline.memory_model import predict_bytes
-from scenes.terrain.aggregate_cover import AggregateCover, ResidualCover
+from scenes.frame.frame_input import DisplayedRepresentation, Quality, display
+from scenes.ground.shading import AggregateCover, ResidualCover
+from scenes.render.memory import predict_bytes
 from scenes.world.world import World
 
 Shown = tuple[DisplayedRepresentation, ...]
@@ -28,7 +27,7 @@ FINEST = 1 / 16
 class CoverOf:
     """The cover that is left on the ground by objects with a detail [px] and a metric of their own.
 
-    It is an AggregateCover of ``scenes.terrain``.
+    It is an AggregateCover of ``scenes.ground``.
     """
 
     cover: AggregateCover

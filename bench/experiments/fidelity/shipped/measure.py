@@ -30,17 +30,15 @@ from bench.experiments.fidelity.shipped.pictures import (
 )
 from bench.experiments.fidelity.shipped.places import Place, places
 from bench.fields.judged_seeds import first_seed
-from bench.records.points import Column, Key, Point, columns
+from bench.old_experiment import Effort
 from bench.records.provenance import scene_digest
-from bench.runner.experiment import Effort
+from bench.records.records import Column, Key, Point, columns
 from lod.view import View
-from scenes.frame.assemble import frame_quality
-from scenes.frame.frame_input import FrameInput
-from scenes.frame.quality import Quality
-from scenes.preset.tables import Preset
+from scenes.frame.frame_input import FrameInput, Quality
+from scenes.presets.schema import Preset
 from scenes.render.variants import choose
+from scenes.scene import frame_quality, preset_air, view_at
 from scenes.world.light import sun_and_sky
-from scenes.world.view import preset_air, view_at
 from scenes.world.world import World, build_world
 
 GROUND_STEPS = (0.5, 1.0, 2.0)

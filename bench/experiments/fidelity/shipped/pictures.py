@@ -15,9 +15,9 @@ from bench.statistics.excess_flip import flip_by_pixel
 from lod.arrays import Reals, freeze
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.layers import SKY_Z
-from scenes.preset.tables import Preset
+from scenes.presets.schema import Preset
 from scenes.render.pictures import auto_exposure, to_srgb
-from scenes.render.pipeline.stages import build_frame, trace
+from scenes.render.render import build_frame, trace
 from scenes.sticks.prototype import LUMINANCE
 
 REFERENCE, TESTED, LIGHT = 0, 1000, 2000

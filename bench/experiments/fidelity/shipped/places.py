@@ -11,8 +11,8 @@ flight, of which frames 1, 24 and 48 are judged, at τ = 1 px in place of the ex
 import math
 from dataclasses import dataclass
 
-from scenes.preset.load import load_preset
-from scenes.preset.tables import Preset
+from scenes.presets.load import load_preset
+from scenes.presets.schema import Preset
 
 SUN_ELEVATIONS = (20.0, 55.0)
 """Elevations of the sun in even and in odd places [degrees]."""

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from bench.experiment import Table
 from bench.experiments.fidelity.shipped.claims import (
     GROUND,
     MOST_ERROR,
@@ -16,11 +17,9 @@ from bench.experiments.fidelity.shipped.claims import (
 )
 from bench.experiments.fidelity.shipped.pictures import band_edges
 from bench.experiments.fidelity.shipped.places import places
-from bench.plots.numbers import four_decimals
 from bench.plots.plot import Curve, Plot, curves
-from bench.records.points import Point, grouped, where
-from bench.records.records import Record
-from bench.runner.experiment import Table
+from bench.records.claims import four_decimals
+from bench.records.records import Point, Record, grouped, where
 from bench.statistics.estimates import Estimate, two_sided_mean
 
 EQUAL_TRIANGLES = 250_000

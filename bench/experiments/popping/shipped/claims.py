@@ -1,7 +1,8 @@
 """What is claimed of walks through presets as shipped, judged from every pair of frames."""
 
-from bench.records.claims import Claim, claim
-from bench.records.points import Point, grouped
+from bench.records.claims import Claim
+from bench.records.old_claims import claim
+from bench.records.records import Point, grouped
 from bench.statistics.estimates import two_sided_mean, two_sided_paired_ratio
 from lod.arrays import Reals
 

@@ -14,11 +14,11 @@ from bench.experiments.fidelity.shipped.places import places
 from bench.experiments.popping.shipped.claims import QUANTILE, WAYS
 from bench.experiments.popping.unexplained_change import walk
 from bench.fields.judged_seeds import first_seed
-from bench.records.points import Point, columns
+from bench.old_experiment import Effort
 from bench.records.provenance import scene_digest
-from bench.runner.experiment import Effort
-from scenes.preset.load import load_preset
-from scenes.preset.tables import Preset
+from bench.records.records import Point, columns
+from scenes.presets.load import load_preset
+from scenes.presets.schema import Preset
 from scenes.render.variants import choose
 from scenes.world.world import World, build_world
 

@@ -2,11 +2,10 @@
 
 import numpy as np
 
+from bench.experiment import Table
 from bench.experiments.popping.shipped.claims import MOST_CHANGE, changes
 from bench.plots.plot import Curve, Plot, curves
-from bench.records.points import Point, grouped
-from bench.records.records import Record
-from bench.runner.experiment import Table
+from bench.records.records import Point, Record, grouped
 
 
 def plots(record: Record) -> tuple[Plot, ...]:

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bench.experiment import experiments
 from bench.experiments.fidelity.shipped import plots as shown
 from bench.experiments.fidelity.shipped.claims import (
     BANDS,
@@ -30,17 +31,17 @@ from bench.experiments.fidelity.shipped.places import (
     Place,
     places,
 )
-from bench.experiments.registry import EXPERIMENTS
 from bench.fields.judged_seeds import BUILDING_SEEDS, JUDGED_SEED, QUICK_SEED, first_seed
-from bench.records.points import Column, Point, columns, merge_points
 from bench.records.provenance import provenance
-from bench.records.records import Record
-from scenes.frame.assemble import assemble_frame
+from bench.records.records import Column, Point, Record, columns, merge_points
 from scenes.frame.layers import SKY_Z
-from scenes.preset.load import load_preset, preset_names
+from scenes.presets.load import load_preset, preset_names
 from scenes.render.variants import choose
-from scenes.world.view import view_at
+from scenes.scene import assemble_frame, view_at
 from scenes.world.world import build_world
+
+EXPERIMENTS = experiments()
+
 
 SHIPPED = EXPERIMENTS["fidelity_shipped"]
 SIZE = "32x18"

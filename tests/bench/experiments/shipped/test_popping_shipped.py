@@ -3,24 +3,25 @@
 import numpy as np
 import pytest
 
+from bench.experiment import experiments
 from bench.experiments.popping.shipped import plots as shown
 from bench.experiments.popping.shipped.claims import CLIPPED, SHIPPED, WAYS, judge
 from bench.experiments.popping.shipped.measure import AT_ONCE, Steps, cases, measure
 from bench.experiments.popping.silhouettes import SKY_SHARE, silhouettes
-from bench.experiments.registry import EXPERIMENTS
-from bench.records.points import Point, columns, merge_points
 from bench.records.provenance import provenance
-from bench.records.records import Record
+from bench.records.records import Point, Record, columns, merge_points
 from lod.camera import Corner, camera_from_heading
 from lod.metric import METRICS
 from lod.pruner import prune
 from lod.view import View
-from scenes.frame.displayed import display
-from scenes.frame.quality import Quality
-from scenes.preset.load import load_preset
+from scenes.frame.frame_input import Quality, display
+from scenes.ground.terrain import Terrain
+from scenes.presets.load import load_preset
 from scenes.render.variants import choose
-from scenes.terrain.terrain import Terrain
 from scenes.world.light import Light
+
+EXPERIMENTS = experiments()
+
 
 FULL = EXPERIMENTS["popping_shipped"].effort("full")
 

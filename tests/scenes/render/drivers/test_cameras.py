@@ -13,11 +13,11 @@ from lod.air import Air
 from lod.camera import FULL_TURN, ThinLens
 from lod.errors import InputError
 from lod.viewing import DISC_WIDTH, Defocus, defocus_width
-from scenes.frame.assemble import frame_quality
 from scenes.frame.frame_input import FrameInput
-from scenes.preset.load import load_preset
+from scenes.presets.load import load_preset
 from scenes.render import variants
-from scenes.render.pipeline.render import render_frame
+from scenes.render.render import render_frame
+from scenes.scene import frame_quality
 
 WIDTH, HEIGHT = 24, 700
 FOV = 4.0

@@ -18,8 +18,8 @@ from hypothesis import strategies as st
 from lod.camera import Corner, camera_from_heading
 from lod.errors import InputError
 from scenes.frame.layers import Layers
-from scenes.preset.load import load_preset, preset_from, preset_names
-from scenes.preset.tables import OutputPreset
+from scenes.presets.load import load_preset, preset_from, preset_names
+from scenes.presets.schema import OutputPreset
 from scenes.render.exr import layers as exr
 from scenes.render.exr.header import (
     frame_header,

@@ -21,7 +21,7 @@ from lod.air import Air
 from lod.camera import Corner, camera_from_heading
 from lod.errors import InputError
 from scenes.frame.layers import SKY_Z, Layers, add_coverage
-from scenes.preset.tables import OutputPreset
+from scenes.presets.schema import OutputPreset
 from scenes.render import variants
 from scenes.render.exr import layers as exr
 from scenes.render.exr.header import frame_header, picture_windows
@@ -38,7 +38,7 @@ from scenes.render.exr.layers import (
     with_mattes,
     write_exr,
 )
-from scenes.render.pipeline.render import render_frame
+from scenes.render.render import render_frame
 
 SHAPE = (5, 7)
 

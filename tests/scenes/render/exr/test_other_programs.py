@@ -20,7 +20,7 @@ import pytest
 
 from lod.camera import Corner, camera_from_heading
 from scenes.frame.layers import SKY_Z, Layers
-from scenes.preset.tables import OutputPreset
+from scenes.presets.schema import OutputPreset
 from scenes.render.exr.header import frame_header
 from scenes.render.exr.layers import write_exr
 

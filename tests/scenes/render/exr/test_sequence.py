@@ -10,7 +10,7 @@ import pytest
 from lod.errors import InputError
 from scenes.files import DiskError, frame_path
 from scenes.frame.layers import Layers
-from scenes.preset.load import preset_from
+from scenes.presets.load import preset_from
 from scenes.render.exr.header import frame_settings, settings_attributes
 from scenes.render.exr.layers import read_exr, write_exr
 from scenes.render.exr.sequence import (

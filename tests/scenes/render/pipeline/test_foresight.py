@@ -3,15 +3,12 @@
 import pytest
 
 from lod.errors import InputError
-from scenes.preset.load import load_preset
+from scenes.presets.load import load_preset
+from scenes.render import memory as foresight
 from scenes.render.exr.header import frame_settings
 from scenes.render.frame_session import FrameSession
-from scenes.render.pipeline import foresight
-from scenes.render.pipeline.foresight import _FAR_BELOW, Foresight
-from scenes.render.pipeline.memory_limit import frame_bytes
-from scenes.world.forecast import forecast
-from scenes.world.view import view_at
-from scenes.world.world import build_world
+from scenes.render.memory import _FAR_BELOW, Foresight, forecast, frame_bytes
+from scenes.scene import Scene
 
 WALK = "camera.keys=[{frame=1, position=[0, 0], height=2, target=[0, 9, 2]},"
 TURNED = WALK + "{frame=2, position=[0.4, 0.4], height=2, target=[9, 0, 0]}]"
@@ -26,41 +23,41 @@ def asked(monkeypatch):
     """Frames that were given a forecast of their own."""
     frames = []
     monkeypatch.setattr(
-        foresight, "check_frame_forecast", lambda world, preset, frame, *rest: frames.append(frame)
+        foresight, "check_frame_forecast", lambda scene, frame, *rest: frames.append(frame)
     )
     return frames
 
 
 def shot(path, *settings):
     preset = load_preset("zoo", [path, 'render.size="160x90"', *settings])
-    return build_world(preset), preset
+    return Scene(preset)
 
 
 @pytest.mark.parametrize("path", [TURNED, DOWN])
 def test_a_frame_near_another_is_covered_and_needs_no_more_than_four_times(path, asked):
-    world, preset = shot(path)
-    sight = Foresight(world, preset, VARIANT)
+    scene = shot(path)
+    sight = Foresight(scene, VARIANT)
     for frame in (1, 1, 2, 1, 2):
         sight.check(frame, 16 * 10**9)
     assert asked == [1, 1]
-    around = forecast(world, sight._around.view)
+    around = forecast(scene.world, sight._around.view)
     for frame in (1, 2):
-        assert forecast(world, view_at(world, preset, frame)).parts <= 4 * around.parts
+        assert forecast(scene.world, scene.view(frame)).parts <= 4 * around.parts
 
 
 @pytest.mark.parametrize("path", [FAR, LONG])
 def test_a_frame_from_elsewhere_or_of_finer_detail_is_foretold(path, asked):
-    world, preset = shot(path)
-    sight = Foresight(world, preset, VARIANT)
+    scene = shot(path)
+    sight = Foresight(scene, VARIANT)
     for frame in (1, 1, 2):
         sight.check(frame, 16 * 10**9)
     assert asked == [1, 1, 2]
 
 
 def test_near_the_limit_every_frame_is_foretold_and_no_other_work_done(asked, monkeypatch):
-    world, preset = shot(TURNED)
-    needed = frame_bytes(forecast(world, view_at(world, preset, 1)), preset, VARIANT)
-    sight, looked = Foresight(world, preset, VARIANT), []
+    scene = shot(TURNED)
+    needed = frame_bytes(forecast(scene.world, scene.view(1)), scene.preset, VARIANT)
+    sight, looked = Foresight(scene, VARIANT), []
     monkeypatch.setattr(sight, "_look_around", looked.append)
     for frame in (1, 2, 1, 2):
         sight.check(frame, int(needed * _FAR_BELOW / 2))
@@ -68,8 +65,8 @@ def test_near_the_limit_every_frame_is_foretold_and_no_other_work_done(asked, mo
 
 
 def test_what_is_too_much_is_refused_on_any_frame():
-    world, preset = shot(FAR)
-    sight = Foresight(world, preset, VARIANT)
+    scene = shot(FAR)
+    sight = Foresight(scene, VARIANT)
     sight.check(1, 16 * 10**9)
     sight.check(1, 16 * 10**9)
     for most in (10**6, 10**8):

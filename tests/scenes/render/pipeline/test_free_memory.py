@@ -5,7 +5,7 @@ from pathlib import Path
 import psutil
 import pytest
 
-from scenes.render.pipeline.free_memory import free_bytes
+from scenes.render.memory import free_bytes
 
 GIB = 2**30
 

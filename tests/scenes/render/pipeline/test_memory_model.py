@@ -3,17 +3,10 @@
 import pytest
 
 from lod.errors import InputError
-from scenes.frame.assemble import assemble_frame
-from scenes.frame.frame_input import FrameInput
-from scenes.frame.quality import Quality
-from scenes.preset.load import load_preset
-from scenes.render.pipeline.memory_limit import check_memory
-from scenes.render.pipeline.memory_model import (
-    ExtraBuffers,
-    predict_bytes,
-    predicted_bytes,
-)
-from scenes.world.world import build_world
+from scenes.frame.frame_input import FrameInput, Quality
+from scenes.presets.load import load_preset
+from scenes.render.memory import ExtraBuffers, check_memory, predict_bytes, predicted_bytes
+from scenes.scene import Scene
 
 SIZE = 640, 360
 
@@ -66,4 +59,4 @@ def test_over_the_limit_is_refused_with_both_figures(zoo):
 @pytest.fixture(scope="module")
 def zoo() -> FrameInput:
     preset = load_preset("zoo", ['render.size="64x36"'])
-    return assemble_frame(build_world(preset), preset, 1, "llvm_ad_rgb")
+    return Scene(preset).input(1, "llvm_ad_rgb")
