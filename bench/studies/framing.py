@@ -14,7 +14,7 @@ import click
 import numpy as np
 
 from bench.cli.output import counted, table
-from bench.count.count_frame import predict
+from bench.frame_counts import predict
 from bench.records.study_record import study_record, write_study_record
 from bench.statistics.estimates import LEAST_REPEATS, two_sided_mean
 from lod.pruner import prune

@@ -10,7 +10,7 @@ import click
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from bench.count.count_frame import count
+from bench.frame_counts import count
 from scenes.files import check_ours, make_folder
 from scenes.frame.layers import Layers
 from scenes.presets.load import Setting, load_preset

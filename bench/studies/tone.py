@@ -21,10 +21,10 @@ from bench.cli.output import progress_bar, table
 from bench.experiments.cover.claims import judge
 from bench.experiments.cover.measure import field
 from bench.experiments.cover.scene import AIRS, LOOKS, Case
-from bench.fields.judged_seeds import first_seed
 from bench.records.claims import Claim
 from bench.records.records import Column, Point, merge_points
 from bench.runs import sources
+from bench.seeds import first_seed
 from lod.errors import InputError
 from scenes.files import make_folder, whole_file
 

@@ -10,7 +10,7 @@ from bench.records.claims import Claim
 from bench.records.old_claims import claim
 from bench.records.records import Point, grouped, where
 from bench.statistics.estimates import LEAST_REPEATS, Estimate, two_sided_factor, two_sided_median
-from bench.statistics.extrapolated_error import one_sided_mean
+from bench.statistics.fits import one_sided_mean
 from lod.arrays import Reals
 
 SET_UP = "prune", "appearance", "describe", "build"

@@ -27,10 +27,10 @@ from bench.experiments.cover.scene import (
     whole,
     window_view,
 )
-from bench.fields.judged_seeds import first_seed
 from bench.old_experiment import Effort
 from bench.records.provenance import scene_digest
 from bench.records.records import Column, Point, columns
+from bench.seeds import first_seed
 from lod.air import CLEAR, Air, rgb_extinction
 from scenes.frame.frame_input import DisplayedRepresentation, FrameInput
 from scenes.frame.layers import Layers

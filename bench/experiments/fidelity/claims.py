@@ -16,7 +16,7 @@ from bench.statistics.estimates import (
     two_sided_paired_ratio,
     two_sided_ratio_of_means,
 )
-from bench.statistics.extrapolated_error import noise_free, one_sided_mean
+from bench.statistics.fits import noise_free, one_sided_mean
 from lod.arrays import Reals
 
 BANDS = len(EDGES_M) - 2

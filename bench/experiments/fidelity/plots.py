@@ -21,7 +21,7 @@ from bench.plots.plot import Curve, Plot, curves
 from bench.records.claims import four_decimals
 from bench.records.records import Point, Record, grouped, where
 from bench.statistics.estimates import Estimate
-from bench.statistics.extrapolated_error import one_sided_mean
+from bench.statistics.fits import one_sided_mean
 
 FEWEST, ALIKE, MORE = "the fewest", "not told apart from the fewest", "more"
 """How the parts of a metric at equal error compare with those of all metrics."""

@@ -3,7 +3,7 @@
 The reference is the same frame with every species at SPECIES_DETAIL and the ground at
 GROUND_DETAIL, where nothing is left out for air or fades. Field k is turned by k × TURN_DEG, and
 its sun is the k-th of SUN_ELEVATIONS_DEG in turn. Full runs judge worlds and trees that nothing was
-fitted to (``bench.fields.judged_seeds``).
+fitted to (``bench.seeds``).
 """
 
 from dataclasses import dataclass, replace
@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 
 from bench.experiments.fidelity.shipped.displayed import Shown, display_ground, display_others
-from bench.fields.judged_seeds import first_seed
 from bench.old_experiment import Effort
 from bench.records.provenance import scene_digest
 from bench.records.records import Point
+from bench.seeds import first_seed
 from lod.metric import METRICS
 from lod.view import View
 from scenes.frame.layers import SKY_Z

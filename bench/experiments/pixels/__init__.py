@@ -11,7 +11,7 @@ EXPERIMENT = Experiment(
     full={"objects": 1000},
     quick={"objects": 150},
     expected_seconds={"full": 60.0, "quick": 15.0},
-    **functions_of(__name__, scene_hash="bench.fields.part_sizes"),
+    **functions_of(__name__, scene_hash="bench.part_sizes"),
     accepts_metric=True,
     caveats=(
         "Objects nearer than two of their bounds are left out: they cover far more pixels than "

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bench.fields.part_sizes import camera, density_of, prototypes_with, seed_of
-from bench.fields.scene import FLAT
+from bench.counting import FLAT
 from bench.old_experiment import Effort
+from bench.part_sizes import camera, density_of, prototypes_with, seed_of
 from bench.records.records import Point, columns
 from lod.arrays import Ints
 from lod.crossfade import blend_weights

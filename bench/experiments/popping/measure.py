@@ -11,16 +11,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bench.counting import EYE_HEIGHT_M, FLAT
 from bench.experiments.popping.claims import QUANTILES, SWITCHED, WAYS
 from bench.experiments.popping.unexplained_change import seen_of, walk
-from bench.fields.cases import EYE_HEIGHT_M
-from bench.fields.judged_seeds import first_seed
-from bench.fields.part_sizes import density_of, prototypes_with, seed_of
-from bench.fields.part_sizes import scene_hash as fields_hash
-from bench.fields.scene import FLAT
 from bench.old_experiment import Effort
+from bench.part_sizes import density_of, prototypes_with, seed_of
+from bench.part_sizes import scene_hash as fields_hash
 from bench.records.provenance import scene_digest
 from bench.records.records import Column, Point, columns, predictions
+from bench.seeds import first_seed
 from lod.arrays import Reals
 from lod.camera import Corner, camera_from_heading
 from lod.law import chained_limits

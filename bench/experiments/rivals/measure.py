@@ -33,7 +33,6 @@ from bench.experiments.fidelity.image_errors import (
     picture_errors,
     reference_of,
 )
-from bench.fields.windows import Picture
 from bench.methods.catalogue import CLIPPED, arms
 from bench.methods.comparison import judged_error
 from bench.methods.cycles import measure_cycles, noise
@@ -45,10 +44,12 @@ from bench.old_experiment import Effort
 from bench.records.provenance import scene_digest
 from bench.records.records import Column, Point
 from bench.statistics.excess_flip import mean_flip
+from bench.windows import Picture
 from scenes.frame.layers import SKY_Z, Layers
 from scenes.presets.load import load_preset
 from scenes.presets.schema import Preset
-from scenes.render.memory import forecast, frame_bytes, memory_limit
+from scenes.processes.memory import memory_limit
+from scenes.render.memory import forecast, frame_bytes
 from scenes.render.pictures import auto_exposure, to_srgb
 from scenes.render.variants import choose
 from scenes.scene import view_at

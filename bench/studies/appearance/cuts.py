@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bench.fields.scene import FLAT
+from bench.counting import FLAT
 from bench.studies.appearance.cases import Case, prototype_of
 from lod.arrays import Reals
 from lod.camera import Corner, camera_from_heading

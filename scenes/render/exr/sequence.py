@@ -22,9 +22,9 @@ from scenes.files import (
     partial_path,
     stray_partials,
 )
+from scenes.processes.memory import peak_rss_bytes
 from scenes.processes.ownership import Owned, ownership
 from scenes.render.exr.header import FRAME, Record, Settings, settings_in
-from scenes.render.memory import peak_rss_bytes
 
 Render = Callable[[Settings, int, Path], Record]
 """Renders a frame of these settings into a file. Here a Worker (worker.py) does, which passes the

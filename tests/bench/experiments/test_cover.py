@@ -27,9 +27,9 @@ from bench.experiments.cover.scene import (
     whole,
     window_view,
 )
-from bench.fields.judged_seeds import BUILDING_SEEDS
 from bench.records.provenance import provenance
 from bench.records.records import Column, Point, Record
+from bench.seeds import BUILDING_SEEDS
 from lod.air import rgb_extinction
 from lod.metric import METRICS
 from lod.pruner import prune

@@ -34,10 +34,10 @@ from bench.experiments.fidelity.scene import (
 )
 from bench.experiments.fidelity.shipped.claims import errors
 from bench.experiments.fidelity.shipped.pictures import Looks
-from bench.experiments.figure.cases import curves
-from bench.fields.judged_seeds import BUILDING_SEEDS
+from bench.experiments.figure import curves
 from bench.records.provenance import provenance
 from bench.records.records import Column, Point, Record, columns, merge_points
+from bench.seeds import BUILDING_SEEDS
 from scenes.frame.layers import Layers
 from scenes.models.catalogue import PROTOTYPE_SEED
 from scenes.presets.load import load_preset

@@ -9,7 +9,7 @@ import pytest
 from bench.experiments.pixels import plots as pixels_plots
 from bench.experiments.pixels.claims import judge
 from bench.experiments.pixels.measure import covered, drawn
-from bench.fields.part_sizes import camera
+from bench.part_sizes import camera
 from bench.records.provenance import provenance
 from bench.records.records import Point, Record, columns
 from bench.statistics.estimates import two_sided_quantile

@@ -5,8 +5,8 @@ import pytest
 from click.testing import CliRunner
 
 from bench.experiments.cover.claims import SAME_RAYS
-from bench.fields.judged_seeds import BUILDING_SEEDS
 from bench.records.records import columns
+from bench.seeds import BUILDING_SEEDS
 from bench.studies import tone as tone_benchmark
 from bench.studies.tone import (
     COLUMNS,

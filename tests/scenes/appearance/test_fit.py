@@ -165,7 +165,7 @@ FITTED = {"area_share", "heights", "leaf_appearance", "lit", "lit_bare", "overla
 """Names under which fitted values stood in files, and under which fits have them now."""
 
 KINDS = {
-    "bench/count/workloads.json",
+    "bench/workloads.json",
     "bench/studies/appearance/kinds/*.toml",
     "scenes/figures/animals/*.toml",
     "scenes/figures/*.toml",

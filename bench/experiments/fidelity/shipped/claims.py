@@ -9,7 +9,7 @@ from bench.records.claims import Claim
 from bench.records.old_claims import claim
 from bench.records.records import Column, Point, where
 from bench.statistics.estimates import Estimate, two_sided_mean
-from bench.statistics.extrapolated_error import noise_free, one_sided_mean
+from bench.statistics.fits import noise_free, one_sided_mean
 from lod.arrays import Reals
 
 NOTHING, EVERYTHING = "nothing", "everything"

@@ -29,10 +29,10 @@ from bench.experiments.fidelity.shipped.pictures import (
     look,
 )
 from bench.experiments.fidelity.shipped.places import Place, places
-from bench.fields.judged_seeds import first_seed
 from bench.old_experiment import Effort
 from bench.records.provenance import scene_digest
 from bench.records.records import Column, Key, Point, columns
+from bench.seeds import first_seed
 from lod.view import View
 from scenes.frame.frame_input import FrameInput, Quality
 from scenes.presets.schema import Preset

@@ -1,6 +1,6 @@
 """In which places is a preset judged? Fixed by a rule, and never looked at while scenes are built.
 
-Place k of a preset is the preset in the world of the k-th seed (``bench.fields.judged_seeds``),
+Place k of a preset is the preset in the world of the k-th seed (``bench.seeds``),
 seen from where the preset's eye stands but turned by k × 60°, with the sun 20° high where k is even
 and 55° where it is odd.
 

@@ -31,9 +31,9 @@ from bench.experiments.fidelity.shipped.places import (
     Place,
     places,
 )
-from bench.fields.judged_seeds import BUILDING_SEEDS, JUDGED_SEED, QUICK_SEED, first_seed
 from bench.records.provenance import provenance
 from bench.records.records import Column, Point, Record, columns, merge_points
+from bench.seeds import BUILDING_SEEDS, JUDGED_SEED, QUICK_SEED, first_seed
 from scenes.frame.layers import SKY_Z
 from scenes.presets.load import load_preset, preset_names
 from scenes.render.variants import choose

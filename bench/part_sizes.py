@@ -12,8 +12,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from bench.fields.cases import EYE_HEIGHT_M
-from bench.fields.scene import FLAT, field_seed, prototypes_of
+from bench.counting import EYE_HEIGHT_M, FLAT, field_seed, prototypes_of
 from bench.records.provenance import scene_digest
 from bench.records.records import Column, Key, Point, Prediction
 from bench.statistics.estimates import Estimate, two_sided_share

@@ -1,6 +1,15 @@
-"""How is the plain description of a preset's frame made, hashed and sized, before any renderer?"""
+"""Worlds of a preset that hold so many objects: windows about the eye, on level ground.
+
+The ground ends with the window, so that it is the same few triangles in every frame of it: what
+differs is what stands on it.
+
+How is the plain description of a preset's frame made, hashed and sized, before any renderer?
+"""
 
 import hashlib
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,6 +23,30 @@ from scenes.render.description import describe_frame
 from scenes.scene import frame_quality, preset_air, view_at
 from scenes.world.light import sun_and_sky
 from scenes.world.world import World, build_world
+
+
+@dataclass(frozen=True)
+class Picture:
+    """Size in pixels, as ``320x180``, and samples of each pixel."""
+
+    size: str
+    spp: int
+
+
+def window_preset(
+    name: str, settings: Sequence[str], objects: float, picture: Picture, detail: float | None
+) -> Preset:
+    """Make a preset with a window of so many objects, on average, about the eye.
+
+    ``detail`` is τ [px]; None leaves the world unpruned.
+    """
+    plain = load_preset(name, settings)
+    side = math.sqrt(objects / sum(each.density for each in plain.species.values()))
+    keys = [f"world.extent={side!r}", f"render.size={picture.size}", f"render.spp={picture.spp}"]
+    keys += [f"terrain.reach={min(plain.terrain.reach, side / math.sqrt(2))!r}"]
+    keys += ["terrain.amplitude=0.0"]
+    keys += ["view.metric=full"] if detail is None else [f"view.detail={detail!r}"]
+    return load_preset(name, [*settings, *keys])
 
 
 def first_view(name: str, size: str, *settings: str) -> tuple[World, Preset, View]:

@@ -1,4 +1,4 @@
-"""What a command would need is foretold, and refused before it is taken: one line, exit code 2."""
+"""What a command would need is estimated, and refused before it is taken: one line, exit code 2."""
 
 import json
 from collections.abc import Callable
@@ -10,8 +10,10 @@ import pytest
 
 from bench.cli.main import main
 from lod.errors import InputError
-from scenes.render import memory as memory_limit
+from scenes.processes import memory as memory_limit
 from scenes.render import render as stages
+from scenes.render.memory import preflight
+from scenes.scene import Scene
 from scenes.world import cast, world
 
 GB = 10**9
@@ -20,7 +22,7 @@ Run = Callable[..., tuple[int, str, str]]
 
 def began(*_: object) -> NoReturn:
     """Stand in for what no refused command begins: without its check a test ends here, at once."""
-    raise AssertionError("it began without being foretold")
+    raise AssertionError("it began without being estimated")
 
 
 @pytest.fixture
@@ -117,7 +119,7 @@ KEEP_FRAMES = ("act", "render")
     ("command", "much"),
     [(c, much) for c in ACTING for much in OVER if much != "frames" or c in KEEP_FRAMES],
 )
-def test_actors_are_foretold_before_they_act(
+def test_actors_are_estimated_before_they_act(
     run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, command: str, much: str
 ) -> None:
     (tmp_path / "throng.toml").write_text(THRONG)
@@ -142,31 +144,29 @@ def test_no_limit_lets_any_actors_begin(
     assert code == 1 and "it began" in err
 
 
-def test_a_repair_foretells_the_actors_of_its_frames(
+def test_a_repair_estimates_the_actors_of_its_frames(
     run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """In the process that renders, by the settings on record."""
+    from scenes import scene
     from scenes.presets.load import load_preset
     from scenes.render import frame_session
     from scenes.render.exr.header import frame_settings
 
     (tmp_path / "throng.toml").write_text(THRONG)
-    monkeypatch.setattr(frame_session, "Scene", began)
+    monkeypatch.setattr(scene, "build_world", began)
     monkeypatch.setattr(frame_session, "replayed", began)
     chosen = load_preset("throng.toml", [OVER["frames"][1], OVER["frames"][3]])
     session = frame_session.FrameSession(frame_settings(chosen, "scalar_rgb", "0" * 64))
     with pytest.raises(InputError, match="21 actors in 1,000,001 frames need about"):
-        session.foretell([1], tmp_path)
+        session.preflight([1], tmp_path)
     with pytest.raises(InputError, match="21 actors in 1,000,001 frames need about"):
         session.render(1, tmp_path / "a.0001.exr")
 
 
 def test_usual_casts_fit(run: Run) -> None:
-    from scenes.presets.load import load_preset
-    from scenes.render.acting_track import check_track
-
-    check_track(load_preset("playground"), GB // 5)
-    check_track(load_preset("fly_in"), GB // 500)
+    preflight(Scene("playground"), (), GB // 5, acted=240)
+    preflight(Scene("fly_in"), (), GB // 500, acted=240)
     code, _, err = run("ask", "fly_in", "joe heading", "--max-memory", "0.2MB")
     assert (code, "--max-memory: '0.2 MB': " in err) == (2, True)
     assert run("ask", "fly_in", "joe heading", "--json")[0] == 0
@@ -180,7 +180,7 @@ def test_usual_casts_fit(run: Run) -> None:
     ],
     ids=" ".join,
 )
-def test_experiments_and_studies_foretell_each_picture(
+def test_experiments_and_studies_estimate_each_picture(
     run: Run, monkeypatch: pytest.MonkeyPatch, words: tuple[str, ...]
 ) -> None:
     monkeypatch.setenv("LODBENCH_MAX_MEMORY", "")
@@ -201,12 +201,11 @@ def test_a_limit_is_told_as_it_was_given_and_none_lifts_it(run: Run) -> None:
 @pytest.mark.parametrize("name", ["meadow", "forest", "crowd", "zoo", "aerial", "mountain"])
 def test_usual_presets_fit_into_4_gb(run: Run, name: str) -> None:
     from scenes.presets.load import load_preset
-    from scenes.scene import Scene
 
     # Woods at one pixel: 17 and 42 million parts at 1920x1080, which few machines hold.
     size = "640x360" if name in ("aerial", "forest") else "1920x1080"
     preset = load_preset(name, [f'render.size="{size}"'])
-    memory_limit.check_frame_forecast(Scene(preset), 1, "llvm_ad_rgb", None)
+    preflight(Scene(preset), (1,), None, "llvm_ad_rgb")
 
 
 def test_a_budget_that_cannot_be_filled_shows_all_there_is(run: Run) -> None:
