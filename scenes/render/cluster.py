@@ -34,8 +34,7 @@ from scenes.render.exr.header import Record, Settings, software
 from scenes.render.exr.sequence import Job, commit_frame, failure, kept_record
 from scenes.render.frame_session import FrameSession
 from scenes.render.variants import trusting
-from scenes.render.worker import MOST_TRIES
-from scenes.render.worker_child import answer
+from scenes.render.worker import MOST_TRIES, answer
 
 _ANSWER_S = 8
 _WORKERS_S = 300
@@ -251,7 +250,7 @@ def frame_task(
 ) -> dict[str, Any]:
     """Render a frame beside where it will stand.
 
-    Gives {record, partial}, or {input} or {disk} as worker_child does; raises RuntimeError for
+    Gives {record, partial}, or {input} or {disk} as worker.answer does; raises RuntimeError for
     anything else that goes wrong, for Dask to try again.
     """
     from distributed import get_worker

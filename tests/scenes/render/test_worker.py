@@ -29,7 +29,7 @@ from pathlib import Path
 
 from lod.errors import InputError
 from scenes.processes.progress import tell, work
-from scenes.render.worker_child import serve
+from scenes.render.worker import serve
 
 
 class Session:
