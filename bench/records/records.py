@@ -18,9 +18,7 @@ import base64
 import hashlib
 import io
 import json
-import os
 import re
-import tempfile
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field, fields
 from functools import cached_property
@@ -34,6 +32,7 @@ from bench.records.claims import Claim, claim_from
 from bench.records.provenance import Provenance
 from lod.arrays import Reals
 from lod.errors import InputError
+from scenes.files import write_text
 
 Key = str | int | float | bool
 """The value of a named key of a column."""
@@ -225,7 +224,7 @@ def write_record(record: Record, folder: Path) -> Path:
     text = _text(body | {"content": record.content})
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        _replace(path, text)
+        write_text(path, text)
     except OSError as error:
         raise InputError(
             "-o",
@@ -298,20 +297,6 @@ def _text(body: dict[str, Any]) -> str:
     """Write readable JSON, with each list of numbers on one line."""
     text = json.dumps(body, indent=1, allow_nan=False)
     return re.sub(r"\[\n[-+.e\d,\s]*\]", lambda found: "".join(found[0].split()), text) + "\n"
-
-
-def _replace(path: Path, text: str) -> None:
-    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(text)
-            file.flush()
-            os.fsync(file.fileno())
-        os.chmod(temporary, 0o644)
-        os.replace(temporary, path)
-    except BaseException:
-        os.unlink(temporary)
-        raise
 
 
 NOTE = "pictures"

@@ -1,6 +1,6 @@
 """The process that renders: what it says, what its death costs, and that it never stays.
 
-The process that keeps the manifest never loads the renderer or the scene.
+The process that starts it never loads the renderer or the scene.
 """
 
 import os
