@@ -299,4 +299,5 @@ def _read(path: Path) -> Any:
 
 def _write(path: Path, data: Any) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
-    write_text(path, json.dumps(data, allow_nan=False))
+    data = json.loads(json.dumps(data, allow_nan=False))
+    write_text(path, json.dumps({"sha256": _sha256(data), "data": data}))
