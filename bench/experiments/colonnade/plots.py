@@ -5,7 +5,7 @@ import numpy as np
 from bench.experiment import Table
 from bench.experiments.colonnade.claims import MIDDLE, columns
 from bench.experiments.colonnade.scene import image_width
-from bench.plots.plot import Curve, Plot, curves
+from bench.plots import Curve, Plot, curves
 from bench.records.records import Key, Point, Record
 
 _AXIS = "place of the column, to the right of the axis (m)"

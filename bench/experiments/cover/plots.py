@@ -11,7 +11,7 @@ from bench.experiments.cover.claims import (
     tone,
 )
 from bench.experiments.cover.scene import LOOKS
-from bench.plots.plot import Curve, Plot, curves
+from bench.plots import Curve, Plot, curves
 from bench.records.records import Point, Record, where
 from bench.statistics.estimates import Estimate
 

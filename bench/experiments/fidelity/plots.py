@@ -17,7 +17,7 @@ from bench.experiments.fidelity.claims import (
 from bench.experiments.fidelity.equal_error import Reached
 from bench.experiments.fidelity.scene import EDGES_M, EVERYTHING
 from bench.experiments.fidelity.shipped.claims import errors, flip_columns
-from bench.plots.plot import Curve, Plot, curves
+from bench.plots import Curve, Plot, curves
 from bench.records.claims import four_decimals
 from bench.records.records import Point, Record, grouped, where
 from bench.statistics.estimates import Estimate

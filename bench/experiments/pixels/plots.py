@@ -4,7 +4,7 @@ import numpy as np
 
 from bench.experiment import Table
 from bench.experiments.pixels.claims import MOST, ratios
-from bench.plots.plot import Curve, Plot, curves
+from bench.plots import Curve, Plot, curves
 from bench.records.records import Point, Record, grouped
 
 _SHARES = (0.5, 0.2, 0.1, 0.05, 0.02, 0.01)

@@ -6,7 +6,7 @@ import numpy as np
 
 from bench.experiment import Table
 from bench.experiments.spectrum.claims import EDGES, octaves
-from bench.plots.plot import Curve, Plot, curves
+from bench.plots import Curve, Plot, curves
 from bench.records.records import Point, Record
 
 _MIDDLES = [float(np.sqrt(a * b)) for a, b in pairwise(EDGES)]

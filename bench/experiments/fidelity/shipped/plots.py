@@ -17,7 +17,7 @@ from bench.experiments.fidelity.shipped.claims import (
 )
 from bench.experiments.fidelity.shipped.pictures import band_edges
 from bench.experiments.fidelity.shipped.places import places
-from bench.plots.plot import Curve, Plot, curves
+from bench.plots import Curve, Plot, curves
 from bench.records.claims import four_decimals
 from bench.records.records import Point, Record, grouped, where
 from bench.statistics.estimates import Estimate, two_sided_mean

@@ -4,7 +4,7 @@ import numpy as np
 
 from bench.experiment import Table
 from bench.experiments.popping.shipped.claims import MOST_CHANGE, changes
-from bench.plots.plot import Curve, Plot, curves
+from bench.plots import Curve, Plot, curves
 from bench.records.records import Point, Record, grouped
 
 
