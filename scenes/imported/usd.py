@@ -17,10 +17,13 @@ import numpy as np
 from lod.errors import InputError
 from lod.shapes import Mesh
 from scenes.imported.part_tree import (
+    MOST_BYTES,
     MOST_NODES,
+    OBJECT_FROM_Y_UP,
     PREFIX,
     Node,
     Sidecar,
+    check_frame,
     check_node_count,
     check_triangle_count,
     checked_mesh,
@@ -153,10 +156,9 @@ def _material_colour(where: str, material: Any) -> np.ndarray | bytes | None:
     return None
 
 
-MOST_BYTES, MOST_TEXT_BYTES = 2**29, 2**25
-"""Of a layer at most, and of one that is text, which takes some 30 times as much memory."""
+MOST_TEXT_BYTES = 2**25
+"""Of a layer that is text, which takes some 30 times as much memory."""
 
-OBJECT_FROM_Y_UP = np.array([[0, 0, 1, 0], [1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1.0]])
 OBJECT_FROM_Z_UP = np.array([[0, -1, 0, 0], [1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1.0]])
 
 _MOST_WORDS = 4 * MOST_NODES
@@ -303,10 +305,7 @@ def _node(
 
     where = f"{name}: node {prim.GetPath()}"
     frame = world @ np.array(cache.GetLocalToWorldTransform(prim)).T
-    if not np.isfinite(frame).all():
-        raise InputError(where, "a place that is no number", "places and scales are finite")
-    if abs(np.linalg.det(frame[:3, :3])) < 1e-30:
-        raise InputError(where, "a scale of 0", "a scale above or below 0 along every axis")
+    check_frame(where, frame, "a scale of 0")
     said = {
         str(each.GetName()): _plain(each.Get())
         for each in prim.GetAttributes()

@@ -85,7 +85,7 @@ def test_parts_of_living_things_shrink_with_depth(name):
 
 
 def test_an_artifact_has_big_bits_tacked_on():
-    h, names = animal("windmill").hierarchy, animal_tables("windmill").anatomy.part_names
+    h, names = animal("windmill").hierarchy, animal_tables("windmill").part_names
     sail = names.index("sail 1")
     assert h.P[sail] > 3 * h.P[h.parent[sail]]
 
@@ -179,21 +179,21 @@ def tables(tmp_path, text):
 def test_a_file_becomes_anatomy_build_and_gait(tmp_path):
     it = tables(tmp_path, BIRD)
     assert it.build.height == 0.4
-    assert it.anatomy.part_names == ("bird", "head", "left leg", "right leg")
-    joints = it.anatomy.joints | it.anatomy.side_joints
+    assert it.part_names == ("bird", "head", "left leg", "right leg")
+    joints = it.joints | it.side_joints
     assert joints["neck"].limits == ((0, -10, 0), (0, 60, 0))
     assert joints["hip"].limits == ((-10, -40, -10), (10, 40, 10))
     assert joints["trunk"].limits is None  # it does not turn
     rest = {name: joint.rest for name, joint in joints.items() if any(joint.rest)}
     assert rest == {"neck": (0, 30, 0), "knee": (0, 10, 0)}
     rod = Rod("ankle", (0, 0, 0), (1, 0, 0), 0.1, 0.1, "mean", False)
-    assert it.anatomy.side_parts["leg"].body == (rod,)
+    assert it.side_parts["leg"].body == (rod,)
     assert (it.gait.froude, it.gait.duty) == (0.1, 0.62)
     assert it.gait.legs[0].apart == 0.5
 
 
 def test_copies_stand_evenly_around_the_axis(tmp_path):
-    rods = tables(tmp_path, BIRD).anatomy.parts["head"].body
+    rods = tables(tmp_path, BIRD).parts["head"].body
     angles = [math.degrees(math.atan2(rod.end[1], rod.end[0])) % 360 for rod in rods]
     assert angles == pytest.approx([0, 90, 180, 270])
     assert {(math.hypot(*rod.end[:2]).__round__(12), rod.end[2]) for rod in rods} == {(2.0, 1.0)}
@@ -204,7 +204,7 @@ CORE = '[{ joint = "%s", start = [0, 0, 0], end = [0, 0, 1], radii = [1, 1], mat
 
 def test_the_core_of_the_trunk_rides_on_joints_of_either_side(tmp_path):
     text = BIRD.replace("level = 0\n", f"level = 0\ncore = {CORE % 'right hip'}\n")
-    assert [rod.joint for rod in tables(tmp_path, text).anatomy.parts["bird"].core] == ["right hip"]
+    assert [rod.joint for rod in tables(tmp_path, text).parts["bird"].core] == ["right hip"]
     with pytest.raises(InputError, match=r"parts.bird.core\[0\].joint"):
         tables(tmp_path, text.replace("right hip", "hind hip"))
 

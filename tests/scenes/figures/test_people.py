@@ -24,7 +24,7 @@ from scenes.model_files.names import animal_names
 from scenes.models.catalogue import at_rest
 from scenes.sticks.areas import largest_area, mean_area
 
-NAMES = list(human_tables().anatomy.part_names)
+NAMES = list(human_tables().part_names)
 ROW = {name: row for row, name in enumerate(NAMES)}
 
 
@@ -158,9 +158,9 @@ class TestStanding:
     def test_segments(self):
         """The same source: upper arm 0.186, forearm 0.146, thigh 0.245, shank 0.246 of stature."""
         lengths = {"elbow": 0.186, "wrist": 0.146, "knee": 0.245, "ankle": 0.246}
-        anatomy = human_tables().anatomy
+        anatomy = human_tables()
         for joint, length in lengths.items():
-            offset = anatomy.side_joints[joint].offset
+            offset = anatomy.side_joints[joint].at
             assert np.linalg.norm(offset) == pytest.approx(length, abs=0.006)
         assert "neck" in anatomy.joints
 
@@ -286,8 +286,8 @@ class Plain:
 def one(name):
     """The object at rest, and the names of its parts."""
     if name in PEOPLE:
-        return people_at_rest(0, 1, PEOPLE[name])[0], human_tables().anatomy.part_names
-    return animal(name), animal_tables(name).anatomy.part_names
+        return people_at_rest(0, 1, PEOPLE[name])[0], human_tables().part_names
+    return animal(name), animal_tables(name).part_names
 
 
 @lru_cache(maxsize=32)

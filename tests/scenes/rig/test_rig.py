@@ -376,6 +376,6 @@ def test_bad_rigs_are_refused():
 
 
 def test_parts_have_names():
-    names = human_tables().anatomy.part_names
+    names = human_tables().part_names
     assert len(names) == len(people()[0].joint) == len(set(names))
     assert names[0] == "person"

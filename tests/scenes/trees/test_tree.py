@@ -8,6 +8,7 @@ A species of tree is one TOML file, and what is wrong in it is said.
 import shutil
 from dataclasses import replace
 from functools import lru_cache
+from importlib import resources
 from itertools import pairwise
 from pathlib import Path
 
@@ -28,7 +29,7 @@ from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.rig.rotations import from_euler
 from scenes.sticks.areas import mean_area, mean_outline_areas
 from scenes.sticks.prototype import Prototype
-from scenes.trees.species import SEASONS, Weather, read_species, species_folder, tree_species
+from scenes.trees.species import SEASONS, Weather, read_species, tree_species
 from scenes.trees.tree import grow_tree, swaying_trees, tree_prototypes
 from tests.scenes.figures.motion_phase import at_phase
 
@@ -398,7 +399,7 @@ def test_sizes():
     assert pose == pytest.approx(2 * at_phase(sways, 0.3).hierarchy.position)
 
 
-FOLDER = Path(str(species_folder()))
+FOLDER = Path(str(resources.files("scenes.trees") / "species"))
 
 
 @pytest.fixture
