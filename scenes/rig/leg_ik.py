@@ -25,6 +25,9 @@ from numba import njit
 from scenes.rig.rig import Motion, Rig
 from scenes.rig.rotations import quaternion_product, rotate_vector, to_euler
 
+STRAIGHTEST = 0.9985
+"""How far a leg stretches at most, as a share of its length, where its motion stretches it less."""
+
 STRIKE, DUTY, HOME_X, HOME_Y, STRIDE, REACH, STEEPEST, MAX_RISE, ACROSS = range(9)
 """Columns of ``LegTables.leg``."""
 
@@ -76,6 +79,39 @@ class FootContact(NamedTuple):
     ahead: float
     slope_x: float
     slope_y: float
+
+
+def leg_rows(rig: Rig, motion: Motion) -> np.ndarray:
+    """Compute the rows of ``LegTables.leg``, (l, 9)."""
+    feet = motion.feet
+    bones = np.linalg.norm(rig.offset[feet.legs[:, 1:]], axis=-1).sum(axis=1)
+    same = np.full(len(feet), motion.stride)
+    middle = feet.home.sum(axis=0) / max(len(feet), 1)
+    away = np.linalg.norm(feet.home - middle, axis=1) + motion.stride / 2
+    highest = feet.steepest * away
+    origin, _ = rig.frames(motion.rotations, motion.shift)
+    posed = np.linalg.norm(origin[:, feet.legs[:, 2]] - origin[:, feet.legs[:, 0]], axis=-1)
+    longest = np.maximum(STRAIGHTEST * bones, posed.max(axis=0) * (1 + 1e-9))
+    columns = (
+        feet.strike,
+        feet.duty,
+        *feet.home.T,
+        same,
+        longest,
+        feet.steepest,
+        highest,
+        np.full(len(feet), float(motion.tilts)),
+    )
+    return np.stack(columns, axis=1)
+
+
+def ankle_limits(rig: Rig, motion: Motion) -> np.ndarray:
+    """Compute the rows of ``LegTables.ankle``, (l, 6)."""
+    ankles, functions = motion.feet.legs[:, 2], (np.tan, np.sin, np.tan)
+    low, high = (np.radians(np.clip(limit[ankles], -90, 90)) for limit in (rig.low, rig.high))
+    return np.stack(
+        [f(side[:, k]) for side in (low, high) for k, f in enumerate(functions)], axis=1
+    )
 
 
 def bone_lengths(rig: Rig, motion: Motion) -> np.ndarray:
