@@ -23,7 +23,8 @@ Model = Callable[[int, int, Weather], Prototypes]
 """What makes so many prototypes from a seed and a count, for a weather."""
 
 
-def _people(seed: int, count: int, _: Weather) -> Prototypes:
+def people(seed: int, count: int, _: Weather = CALM_SUMMER) -> tuple[RiggedPrototype, ...]:
+    """Make adults and children, each with a walk of their own."""
     from scenes.figures.person import people_at_rest, walking_people
 
     return walking_people(people_at_rest(seed, count), seed)
@@ -81,7 +82,7 @@ def _refuse_several(name: str, count: int, kind: str) -> None:
 
 
 MODELS: dict[str, Model] = {
-    "figure": _people,
+    "figure": people,
     **{name: _tree(name) for name in tree_species_names()},
     "boulder": _boulders,
     "sward": _sward,
