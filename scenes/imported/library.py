@@ -40,9 +40,10 @@ FORMAT = 1
 def pack(tree: PartTree) -> bytes:
     """Write a model as the bytes of a .npz archive."""
     said = {"format": FORMAT, "names": tree.names, "period": tree.period}
-    columns: dict[str, Any] = {"about": np.frombuffer(json.dumps(said).encode(), np.uint8)}
+    about = np.frombuffer(json.dumps(said).encode(), np.uint8)
+    columns: dict[str, Any] = {"about": about, **tree.columns()}
     out = io.BytesIO()
-    np.savez_compressed(out, **columns, **tree.columns())
+    np.savez_compressed(out, **columns)
     return out.getvalue()
 
 

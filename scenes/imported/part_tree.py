@@ -334,8 +334,8 @@ def checked_mesh(
         raise InputError(where, vertices.shape, "vertices have three coordinates")
     wrong = np.flatnonzero(~(np.abs(vertices) < _LARGEST_M).all(axis=1))
     if len(wrong):
-        arrived = [float(x) for x in vertices[wrong[0]]]
-        raise InputError(where, arrived, f"vertices are finite (vertex {int(wrong[0])} is not)")
+        point = [float(x) for x in vertices[wrong[0]]]
+        raise InputError(where, point, f"vertices are finite (vertex {int(wrong[0])} is not)")
     if len(faces) == 0:
         raise InputError(where, "no triangles", "a mesh has triangles", "take the node out")
     if faces.min() < 0 or faces.max() >= len(vertices):

@@ -31,6 +31,9 @@ STRAIGHTEST = 0.9985
 STRIKE, DUTY, HOME_X, HOME_Y, STRIDE, REACH, STEEPEST, MAX_RISE, ACROSS = range(9)
 """Columns of ``LegTables.leg``."""
 
+PRINT_X, PRINT_Y, PRINT_Z, AHEAD, SLOPE_X, SLOPE_Y = range(6)
+"""Columns of ``Instances.foot_contacts``."""
+
 UPPER, LOWER, BEND, STICKS_OUT, FIXED_COS, FIXED_SIN = range(6)
 """Columns of ``LegTables.bones``."""
 
@@ -64,21 +67,6 @@ class LegRows(NamedTuple):
     knee: int
     ankle: int
     carrier: int
-
-
-class FootContact(NamedTuple):
-    """Where a foot stands, as in ``Instances.foot_contacts``.
-
-    x, y, z of its print [m], how far that is ahead of the prototype's own [m], and x and y of the
-    quaternion that tilts the ground under it
-    """
-
-    x: float
-    y: float
-    z: float
-    ahead: float
-    slope_x: float
-    slope_y: float
 
 
 def leg_rows(rig: Rig, motion: Motion) -> np.ndarray:
@@ -148,15 +136,16 @@ def _fixed_hip_angle(rig: Rig, motion: Motion, hip: int, sticks_out: bool) -> fl
 
 
 @njit(cache=True)
-def solve_foot(frame, rows, legs, leg, contact, cos, sin):  # type: ignore[no-untyped-def]
+def solve_foot(frame, rows, legs, leg, contacts, o, k, cos, sin):  # type: ignore[no-untyped-def]
     """Bend the leg in ``rows`` of ``frame`` (x, y, z and quaternion) to its contact, in place.
 
-    rows: LegRows; legs: LegTables; leg: the leg's row in them; contact: FootContact
+    rows: LegRows; legs: LegTables; leg: the leg's row in them
+    contacts: ``Instances.foot_contacts``, of which the k-th of object o is the leg's
     cos, sin: of the object's heading. Row 0 of ``frame`` stands on level ground.
     """
     hip, knee, ankle = rows.hip, rows.knee, rows.ankle
-    px, py, pz = contact.x, contact.y, contact.z
-    ahead, ax, ay = contact.ahead, contact.slope_x, contact.slope_y
+    px, py, pz = contacts[o, k, PRINT_X], contacts[o, k, PRINT_Y], contacts[o, k, PRINT_Z]
+    ahead, ax, ay = contacts[o, k, AHEAD], contacts[o, k, SLOPE_X], contacts[o, k, SLOPE_Y]
     slope = ax, ay, 0.0, math.sqrt(1.0 - ax * ax - ay * ay)
     # The ankle from the prototype's own print, turned with the ground, put on the object's.
     ex = frame[ankle, 0] - px + ahead * cos

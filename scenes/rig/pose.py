@@ -20,7 +20,10 @@ from lod.arrays import ArrayData, FloatArray, IntArray, Ints, Points, check_colu
 from lod.errors import InputError
 from lod.threads import map_chunks
 from scenes.rig.leg_ik import (
-    FootContact,
+    AHEAD,
+    PRINT_Z,
+    SLOPE_X,
+    SLOPE_Y,
     LegRows,
     LegTables,
     ankle_limits,
@@ -128,10 +131,6 @@ class InstanceColumns(NamedTuple):
     prototype: np.ndarray
     phase: np.ndarray
     foot_contacts: np.ndarray
-
-
-PRINT_X, PRINT_Y, PRINT_Z, AHEAD, SLOPE_X, SLOPE_Y = range(6)
-"""Columns of ``Instances.foot_contacts``."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -409,22 +408,8 @@ def pose_marked(tables, buffers, pose, contacts, o, lowest, highest):  # type: i
             knee, carrier = joint[first + row - 1, KNEE_OF_HIP], joint[first + row - 1, PARENT]
             rows = LegRows(row, knee + 1, k, carrier + 1)
             at = tables.prototypes[pose.prototype, FIRST_LEG] + leg
-            contact = _contact(contacts, o, leg)
-            solve_foot(frame, rows, tables.legs, at, contact, pose.cos, pose.sin)
+            solve_foot(frame, rows, tables.legs, at, contacts, o, leg, pose.cos, pose.sin)
         row += 1
-
-
-@njit(cache=True, inline="always")
-def _contact(contacts, o, leg):  # type: ignore[no-untyped-def]
-    """Return the FootContact of one leg of object ``o``."""
-    return FootContact(
-        contacts[o, leg, PRINT_X],
-        contacts[o, leg, PRINT_Y],
-        contacts[o, leg, PRINT_Z],
-        contacts[o, leg, AHEAD],
-        contacts[o, leg, SLOPE_X],
-        contacts[o, leg, SLOPE_Y],
-    )
 
 
 @njit(cache=True, inline="always")

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from lod.errors import InputError
 from scenes.figures.animal_file import animal
 from scenes.figures.gait import heel_and_ball, make_motion
-from scenes.figures.patrol import MIN_STRIDE_FACTOR, patrol, stride_factors
+from scenes.figures.patrol import MIN_STRIDE_FACTOR, PatrolOrbit, stride_factors
 from scenes.figures.person import people_at_rest, random_gait, walking_gait, walking_people
 from scenes.rig.foot_placement import Placements, place_on_ground
 from scenes.rig.pose import PoseTables, pose_points
@@ -188,7 +188,7 @@ def test_a_patrol_is_a_circle_about_home_at_an_even_speed(heading, clockwise, ph
         np.array([1.3]),
         np.array([1.0]),
     )
-    here, next_, soon = (patrol(10.0, *ways, t) for t in (time, time + 1e-3, time + 1.0))
+    here, next_, soon = (PatrolOrbit(10.0, *ways).at(t) for t in (time, time + 1e-3, time + 1.0))
     assert np.linalg.norm(here.offset) == pytest.approx(10.0)
     moved = (next_.offset - here.offset)[0]
     assert np.linalg.norm(moved) == pytest.approx(1.3e-3, rel=1e-3)
@@ -200,7 +200,7 @@ def test_a_patrol_is_a_circle_about_home_at_an_even_speed(heading, clockwise, ph
 
 def test_what_has_no_stride_stays_at_home():
     one = (np.zeros(1), np.array([False]), np.zeros(1), np.zeros(1), np.full(1, 6.0))
-    there = patrol(1.0, *one, 9.0)
+    there = PatrolOrbit(1.0, *one).at(9.0)
     assert np.allclose(there.offset, 0)
     assert there.phase[0] == pytest.approx(0.5)
 
@@ -228,7 +228,8 @@ def test_a_walker_on_its_circle_skates_by_less_than_two_centimetres():
     feet = []
     for t in times:
         one = (np.zeros(1), np.array([False]), np.zeros(1))
-        w = patrol(radius, *one, np.array([motion.stride]), np.array([motion.period]), float(t))
+        orbit = PatrolOrbit(radius, *one, np.array([motion.stride]), np.array([motion.period]))
+        w = orbit.at(float(t))
         cast, here = PoseTables.of((who,)), (w.cos, w.sin, np.zeros(1, np.int64), w.phase)
         instances = place_on_ground(
             cast, lambda xy: np.zeros(len(xy)), Placements(w.offset, *here, np.ones(1))
