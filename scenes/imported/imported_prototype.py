@@ -89,7 +89,7 @@ def projected_areas(
 
     parent (n,) as in Hierarchy; meshes: of the n parts, in one frame
     """
-    order, begin, end = depth_first(parent, meshes.count)
+    order, begin, end = _depth_first(parent, meshes.count)
     rows = np.concatenate(
         [np.arange(meshes.first_face[part], meshes.first_face[part + 1]) for part in order]
     )
@@ -97,7 +97,7 @@ def projected_areas(
     return _areas(corners, begin, end, np.ascontiguousarray(directions))
 
 
-def depth_first(parent: Ints, count: Ints) -> tuple[Ints, Ints, Ints]:
+def _depth_first(parent: Ints, count: Ints) -> tuple[Ints, Ints, Ints]:
     """Order parts so that all below a part follow it, (n,), and find the run of each, (n,) each.
 
     The run of a part goes from its first triangle to the end of those below it, in that order;

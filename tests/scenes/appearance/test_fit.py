@@ -159,7 +159,7 @@ def test_a_fit_is_told_of_when_it_is_made_and_not_when_it_was_kept(bush, tmp_pat
         assert told == [("fits", 1.0, 2)]
 
 
-ROOT = Path(__file__).resolve().parents[4]
+ROOT = Path(__file__).resolve().parents[3]
 
 FITTED = {"area_share", "heights", "leaf_appearance", "lit", "lit_bare", "overlap", "sides", "tone"}
 """Names under which fitted values stood in files, and under which fits have them now."""

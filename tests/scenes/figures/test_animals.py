@@ -11,11 +11,9 @@ from scenes.figures.anatomy import Rod
 from scenes.figures.animal_file import animal, animal_tables, load_animal
 from scenes.figures.person import people_at_rest
 from scenes.model_files.names import animal_names
-from scenes.rig.foot_placement import Placements, place_on_ground
-from scenes.rig.pose import PoseTables, pose_points
-from scenes.rig.rotations import matrices, to_euler
+from scenes.rig.rotations import to_euler
 from tests.scenes.figures.contact_errors import foot_slide, lowest_heights, sample_cycle
-from tests.scenes.figures.motion_phase import at_phase, motion_at
+from tests.scenes.figures.motion_phase import motion_at
 
 WALKERS = [name for name in animal_names() if animal_tables(name).gait.legs]
 LIVING = ["rabbit", "giraffe", "ostrich"]
@@ -88,34 +86,6 @@ def test_an_artifact_has_big_bits_tacked_on():
     h, names = animal("windmill").hierarchy, animal_tables("windmill").part_names
     sail = names.index("sail 1")
     assert h.P[sail] > 3 * h.P[h.parent[sail]]
-
-
-@pytest.mark.parametrize("name", animal_names())
-def test_every_pose_of_the_motion_stays_within_R(name):
-    it = animal(name)
-    for phase in np.linspace(0, 1, 9):
-        at_phase(it, float(phase))  # a prototype refuses sticks beyond R
-
-
-def test_the_compiled_walk_poses_them_all_as_their_rigs_do():
-    them = tuple(animal(name) for name in animal_names())
-    phases = np.array((0.0, 0.31, 0.99, 0.999))
-    for variant, it in enumerate(them):
-        n, count = len(it.rig), len(phases)
-        rows, joints = np.divmod(np.arange(count * n), n)
-        cast, same = PoseTables.of(them), (np.zeros((count, 2)), np.ones(count), np.zeros(count))
-        drawn = np.full(count, variant), phases, np.ones(count)
-        instances = place_on_ground(cast, lambda xy: np.zeros(len(xy)), Placements(*same, *drawn))
-        corners = [
-            pose_points(cast, instances, rows, joints, np.tile(corner, (n, 1)), np.arange(n))
-            for corner in np.vstack((np.zeros(3), np.eye(3)))
-        ]
-        for o, phase in enumerate(phases.tolist()):
-            at, facing = it.rig.frames(*motion_at(it.motion, phase))
-            origin, *axes = (corner[rows == o] for corner in corners)
-            assert np.allclose(origin, at, atol=1e-12)
-            turned = np.stack([axis - origin for axis in axes], axis=-1)
-            assert np.allclose(turned, matrices(facing), atol=1e-12)
 
 
 def test_an_unknown_kind_is_named():
