@@ -30,7 +30,7 @@ import numpy as np
 from jaxtyping import Bool, Float64, Int64
 from numba import njit
 
-from lod.arrays import Flags, Ints, Points, Reals
+from lod.arrays import Ints, Points, Reals
 from lod.shapes import StickTable
 from lod.threads import map_chunks
 from scenes.appearance.visible_area import CrownViews, look_at
@@ -161,7 +161,11 @@ def _fit(parts: PartSticks) -> FittedAppearances:
 
 
 def _fit_level(
-    parts: PartSticks, level: int, full: CrownViews, colour: Reals, seen: Flags
+    parts: PartSticks,
+    level: int,
+    full: CrownViews,
+    colour: Float64[np.ndarray, "3"],
+    seen: Bool[np.ndarray, " k"],
 ) -> LevelAppearance:
     """Fit the leaf appearances of the parts of one level that own parts.
 
@@ -247,7 +251,7 @@ def _tints(
     own: Points,
     kept: Shapes,
     full: CrownViews,
-    colour: Reals,
+    colour: Float64[np.ndarray, "3"],
     parts: PartSticks,
 ) -> Ints:
     """Choose rows of the palette for blobs, about their own albedos (g, 3).

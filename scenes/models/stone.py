@@ -282,10 +282,10 @@ def column() -> Prototype:
             at = _ring_point(k + (c - 1) / 3, LEAVES, 0.56, 5.78)
             end = _ring_point(k + (c - 1) / 3, LEAVES, 0.6, 5.7)
             rows.append((len(rows) - c - 1, 3, at, [], [(*at, *end, 0.03, c % 2)]))
-    whole, level, origin, inner, leaf = zip(*rows, strict=True)
+    whole, level, origin, inners, leaves = zip(*rows, strict=True)
     columns = np.array(whole, np.int64), np.array(level, np.int64), np.array(origin, np.float64)
     places = PartPlaces(*columns)
-    return assemble_prototype("column", places, _table(inner), _table(leaf), _TINTS)
+    return assemble_prototype("column", places, _table(inners), _table(leaves), _TINTS)
 
 
 def _axis_stick(low: float, high: float, radius: float, tint: int) -> Stick:

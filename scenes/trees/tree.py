@@ -182,7 +182,7 @@ def swaying(
         rig,
         joint,
         replace(h, **_reaches(tree, rig, joint, at)),
-        RiggedSticks.on(tree.inner, *ends, at),
+        RiggedSticks.on(tree.inner, ends[0], ends[1], at),
         RiggedSticks.on(tree.leaf, of_leaf, of_leaf, at),
         tree.tints,
         _motion(rig, float(h.position[:, 2].max()), rng),

@@ -1,13 +1,11 @@
 """An animal is one TOML file: what it may say, and how each mistake is answered in one line."""
 
-import math
-
 import numpy as np
 import pytest
 
 from bench.experiments.figure.cases import EVERYTHING
 from lod.errors import InputError
-from scenes.figures.anatomy import Rod
+from scenes.figures.anatomy import Build, build_prototype
 from scenes.figures.animal_file import animal, animal_tables, load_animal
 from scenes.figures.person import people_at_rest
 from scenes.model_files.names import animal_names
@@ -146,27 +144,39 @@ def tables(tmp_path, text):
     return load_animal(path)
 
 
+def built(tmp_path):
+    it = tables(tmp_path, BIRD.replace('"mean"', '"feather"'))
+    return build_prototype("bird", it, Build(it.height, it.materials))
+
+
 def test_a_file_becomes_anatomy_build_and_gait(tmp_path):
     it = tables(tmp_path, BIRD)
-    assert it.build.height == 0.4
     assert it.part_names == ("bird", "head", "left leg", "right leg")
-    joints = it.joints | it.side_joints
-    assert joints["neck"].limits == ((0, -10, 0), (0, 60, 0))
-    assert joints["hip"].limits == ((-10, -40, -10), (10, 40, 10))
-    assert joints["trunk"].limits is None  # it does not turn
-    rest = {name: joint.rest for name, joint in joints.items() if any(joint.rest)}
-    assert rest == {"neck": (0, 30, 0), "knee": (0, 10, 0)}
-    rod = Rod("ankle", (0, 0, 0), (1, 0, 0), 0.1, 0.1, "mean", False)
-    assert it.side_parts["leg"].body == (rod,)
+    rig = built(tmp_path).rig
+    assert rig.name[:2] == ("trunk", "neck") and rig.name[2] == "left hip"
+    limits = {
+        name: (low, high) for name, low, high in zip(rig.name, rig.low, rig.high, strict=True)
+    }
+    assert np.array_equal(limits["neck"], ((0, -10, 0), (0, 60, 0)))
+    assert np.array_equal(limits["left hip"], ((-10, -40, -10), (10, 40, 10)))
+    assert not np.any(limits["trunk"])  # it does not turn
+    rest = {name: joint.rest for name, joint in (it.joints | it.side_joints).items()}
+    assert {name: each for name, each in rest.items() if any(each)} == {
+        "neck": (0, 30, 0),
+        "knee": (0, 10, 0),
+    }
+    (rod,) = it.side_parts["leg"].body
+    assert (rod.joint, rod.start, rod.end, rod.material) == ("ankle", (0, 0, 0), (1, 0, 0), "mean")
     assert (it.gait.froude, it.gait.duty) == (0.1, 0.62)
     assert it.gait.legs[0].apart == 0.5
 
 
 def test_copies_stand_evenly_around_the_axis(tmp_path):
-    rods = tables(tmp_path, BIRD).parts["head"].body
-    angles = [math.degrees(math.atan2(rod.end[1], rod.end[0])) % 360 for rod in rods]
+    leaf = built(tmp_path).leaf
+    ends = leaf.end[leaf.first[1] : leaf.first[2]]
+    angles = np.degrees(np.arctan2(ends[:, 1], ends[:, 0])) % 360
     assert angles == pytest.approx([0, 90, 180, 270])
-    assert {(math.hypot(*rod.end[:2]).__round__(12), rod.end[2]) for rod in rods} == {(2.0, 1.0)}
+    assert np.hypot(*ends.T[:2]) == pytest.approx(2 * ends[:, 2])
 
 
 CORE = '[{ joint = "%s", start = [0, 0, 0], end = [0, 0, 1], radii = [1, 1], material = "mean" }]'
