@@ -70,7 +70,7 @@ class Place:
             case "repair":
                 return ["verify", "--repair", "--json", "--", self.out]
             case "ids":
-                return ["ids", "--", pattern.replace("####", f"{command.frames[0]:04d}")]
+                return ["list", "--objects", pattern.replace("####", f"{command.frames[0]:04d}")]
         return ["count", PRESET_NAME]
 
     def _render(self, command: Command, pattern: str) -> list[str]:
