@@ -1,4 +1,4 @@
-"""Write the light of the sky by direction: ``python -m bench.calibrate.sky_table``.
+"""Write the light of the sky by direction: ``python -m tests.tools.sky_table``.
 
 The table ``scenes/appearance/sky.csv`` holds the radiance of Mitsuba's ``sunsky`` by
 turbidity, elevation of the sun and cells of directions, the mean over the solid angle of each, in

@@ -99,3 +99,7 @@ def command(
     pixels = [*light, preview_pixels(left, PictureStyle(view="level"), 1.0)]
     save_picture(side_by_side(list(zip(captions, pixels, strict=True))), target, optimize=True)
     click.echo(f"{target}: {captions[0]}, {captions[1]}")
+
+
+if __name__ == "__main__":
+    command()

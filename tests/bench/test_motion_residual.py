@@ -5,11 +5,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from bench.experiments.popping.claims import WAYS
-from bench.experiments.popping.silhouettes import LUMINANCE, silhouettes
-from bench.experiments.popping.unexplained_change import Frame, Seen, frames_of, popped, walk
-from bench.studies.films.clips import MOST_RATIO
-from bench.studies.films.forest_walk import walk_settings
+from bench.experiments.popping import MOST_RATIO, WALK_WAYS
+from bench.motion_residual import (
+    SKY_SHARE,
+    Frame,
+    Seen,
+    frames_of,
+    measure_walk,
+    popped,
+    silhouettes,
+)
 from lod.camera import Corner, camera_from_heading
 from lod.metric import METRICS
 from lod.pruner import prune
@@ -20,8 +25,9 @@ from scenes.ground.terrain import Terrain
 from scenes.models.stone import boulder_prototypes
 from scenes.presets.load import load_preset
 from scenes.render.variants import choose
+from scenes.scene import Scene
+from scenes.sticks.prototype import LUMINANCE
 from scenes.world.light import Light
-from scenes.world.world import build_world
 
 SIZE = (32, 18)
 GROUND = Terrain(0, 0.0, 64.0, 0.8, reach=32.0)
@@ -52,6 +58,17 @@ def test_pictures_are_albedo_under_a_white_sky():
     assert picture[0] == pytest.approx(np.ones(SIZE[0]))
     ground = shown[0].shape.colours @ LUMINANCE
     assert ground.min() < picture[-1].min() and picture[-1].max() < ground.max()
+
+
+@pytest.mark.parametrize("elevation", [20.0, 90.0])
+def test_shaded_ground_is_as_bright_as_its_slope_to_the_sun(elevation):
+    camera = camera_from_heading(Corner(0, 0), np.array((0.0, 0.0, 2.0)), 0.0, -60.0, 40.0, (16, 9))
+    down = View(camera, METRICS["blake"])
+    ground = (display(GROUND, prune(GROUND, down), down),)
+    looks = camera, 0.0, Light(0.0, elevation), Quality(choose("auto"), 4), (1,)
+    (plain,), (shaded,) = (silhouettes(ground, *looks, each) for each in (False, True))
+    wanted = SKY_SHARE + (1 - SKY_SHARE) * np.sin(np.radians(elevation))
+    assert shaded.mean() / plain.mean() == pytest.approx(wanted, rel=0.02)
 
 
 def test_motion_explains_all_of_what_stays():
@@ -126,20 +143,22 @@ def test_hands_of_people_swing_out_of_the_picture_in_the_wood():
     trees = ("broadleaf", "birch", "conifer", "dead_tree", "shrub", "sward")
     bare = [f"species.{name}.density=0" for name in trees]
     preset = load_preset("forest", (*words, *bare))
-    frames = [*frames_of(build_world(preset), (preset,), (11, 12))]
+    frames = [*frames_of((Scene(preset),), (11, 12))]
     assert popped(*frames) == 0
 
 
 @pytest.mark.slow
 def test_a_walk_in_the_wood_that_fades_is_as_an_unpruned_one_and_one_that_clips_is_not():
-    """A pair of frames of ``lodbench study films walk`` in which large branches come and go."""
+    """A pair of frames in which large branches come and go."""
+    wood = "species.sward.density=0", "world.extent=60.0", "terrain.reach=300.0"
+    looks = "view.haze_aware=false", "render.size=160x90", "render.spp=36", "view.detail=6"
     walks = {}
-    for way in WAYS:
-        preset = load_preset("forest", walk_settings(way, "160x90", 36, 6.0))
-        walks[way] = walk(build_world(preset), (preset,), (36, 37), choose("auto"))
+    for way, settings in WALK_WAYS.items():
+        scene = Scene(load_preset("forest", (*wood, *looks, *settings)))
+        walks[way] = measure_walk((scene,), (36, 37), choose("auto"))
     worst, same = (
         {way: np.quantile(getattr(found, what), 0.9999) for way, found in walks.items()}
-        for what in ("unexplained", "switched")
+        for what in ("residual", "switched")
     )
     assert walks["unpruned"].popped.sum() == walks["fading"].popped.sum() == 0
     assert walks["clipped"].popped.sum() > 2

@@ -124,9 +124,9 @@ def gallery_page(presets: Sequence[tuple[str, str]], folder: Path) -> str:
     Contact sheets are shown of presets that have one in the folder, with the command of the film.
     """
     head = (
-        "# What there is to see\n\nEvery preset, and beside it the same frame by detail level"
+        "# Gallery\n\nEvery preset, and beside it the same frame by detail level"
         " (`--view level`): dark is coarse, light is fine. Made by"
-        " `lodbench study gallery`, 16"
+        " `python -m tests.tools.gallery`, 16"
         " samples a pixel, denoised. [Clips](motion.md) of what motion hides lie beside.\n"
     )
     rows = [
@@ -184,3 +184,7 @@ def command(
     done = [each for each in preset_names() if (target / f"{each[0]}_level.png").exists()]
     with whole_file(target / "README.md", overwrite=True) as page:
         page.write_text(gallery_page(done, target), "utf-8")
+
+
+if __name__ == "__main__":
+    command()
