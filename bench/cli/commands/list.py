@@ -101,19 +101,15 @@ def _text(value: Any) -> str:
 
 
 def _objects(path: Path, only: tuple[int, ...], as_json: bool) -> None:
-    """List the objects of a frame, worked out from the settings of its folder's manifest."""
+    """List the objects of a frame, worked out from the settings in its header."""
     from scenes.render.exr.header import preset_from_settings
-    from scenes.render.exr.sequence import load_manifest
+    from scenes.render.exr.sequence import read_whole
     from scenes.render.memory import preflight
     from scenes.render.object_keys import identities
     from scenes.scene import Scene
 
-    manifest = load_manifest(path.parent)
-    entry = manifest.frames.get(path.name)
-    if entry is None:
-        rule = "a frame that the manifest of its folder knows"
-        raise InputError("--objects", str(path), rule, "see `lodbench verify`")
-    scene, frame = Scene(preset_from_settings(manifest.settings[entry["settings"]])), entry["frame"]
+    whole = read_whole(path)
+    scene, frame = Scene(preset_from_settings(whole.settings)), whole.frame
     tell_first_run()
     preflight(scene, (frame,))
     found = list(identities(scene, frame))
