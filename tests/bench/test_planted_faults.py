@@ -10,9 +10,9 @@ from functools import lru_cache
 import pytest
 
 from bench.experiment import experiments
-from bench.experiments.cover import measure as cover
 from bench.experiments.popping import unexplained_change
 from bench.experiments.scaling import count_field
+from bench.images import cover
 from bench.runs import run_experiment
 from lod.air import CLEAR
 from scenes.field import prototypes as lit_prototypes

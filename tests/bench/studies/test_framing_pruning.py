@@ -12,7 +12,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from bench.statistics.excess_flip import LEAST_PAIRS, mean_flip, one_sided_excess
+from bench.images.compare import LEAST_PAIRS, mean_flip, one_sided_excess
 from scenes.presets.load import load_preset
 from scenes.render import variants
 from scenes.scene import assemble_frame

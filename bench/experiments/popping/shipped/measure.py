@@ -10,10 +10,10 @@ from functools import lru_cache
 
 import numpy as np
 
-from bench.experiments.fidelity.shipped.places import places
 from bench.experiments.popping.shipped.claims import QUANTILE, WAYS
 from bench.experiments.popping.unexplained_change import walk
 from bench.fields.judged_seeds import first_seed
+from bench.images.shipped import places
 from bench.old_experiment import Effort
 from bench.records.provenance import scene_digest
 from bench.records.records import Point, columns
