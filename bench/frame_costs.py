@@ -12,12 +12,12 @@ from typing import Any
 
 import numpy as np
 
-from bench.fields.windows import Picture, window_preset
+from bench.windows import Picture, window_preset
 from lod.air import CLEAR
 from lod.pruner import prune
 from scenes.presets.load import load_preset
+from scenes.processes.memory import peak_rss_bytes
 from scenes.render.exr.layers import write_exr
-from scenes.render.memory import peak_rss_bytes
 from scenes.render.render import build_frame, render_frame, trace
 from scenes.scene import assemble_frame, view_at
 from scenes.world.world import build_world

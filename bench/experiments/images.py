@@ -20,7 +20,6 @@ from bench.images.compare import (
     coverage_ratio,
     errors,
     luminance_ratio,
-    one_sided_mean,
     same_place,
 )
 from bench.images.equal_error import EQUAL_ERROR, GRASS_ERROR, Reached, equal_error
@@ -44,6 +43,7 @@ from bench.statistics.estimates import (
     two_sided_quantile,
     two_sided_share,
 )
+from bench.statistics.fits import one_sided_mean
 
 MOST_ERROR = EQUAL_ERROR
 """The FLIP to a reference up to which a picture passes."""

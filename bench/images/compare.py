@@ -37,6 +37,7 @@ from bench.statistics.estimates import (
     two_sided_paired_ratio,
     two_sided_ratio_of_means,
 )
+from bench.statistics.fits import ONE_SIDED_CONFIDENCE, noise_free, one_sided_mean
 from lod.arrays import Reals, freeze
 from lod.errors import InputError
 from scenes.frame.frame_input import FrameInput
@@ -56,9 +57,6 @@ LEAST_PAIRS = 8
 
 FLOOR = 0.01
 """The highest noise floor at which an excess is quoted."""
-
-ONE_SIDED_CONFIDENCE = 0.95
-"""The probability that one bound alone is on the right side of the truth."""
 
 Picture = Float[np.ndarray, "_ _ 3"]
 """A picture as it is displayed: sRGB-encoded, 0 to 1, exposure and tone curve applied."""
@@ -140,37 +138,6 @@ def _evaluated(
     settings = {"ppd": float(pixels_per_degree)}
     found, mean, _ = flip_evaluator.evaluate(*pair, "LDR", True, coloured, True, settings)
     return np.asarray(found), float(mean)
-
-
-def noise_free(
-    samples: Float64[np.ndarray, " counts"], errors: Float64[np.ndarray, "counts n"]
-) -> Float64[np.ndarray, " n"]:
-    """Fit a + b/√N to each column of errors, and return every a, (n,).
-
-    ``samples`` (counts,) holds the samples of a pixel, N. Raises InputError for fewer than two
-    different counts and for counts below 1.
-    """
-    counts = np.asarray(samples, np.float64)
-    if len(set(counts.tolist())) < 2 or counts.min() < 1:
-        raise InputError("samples", counts.tolist(), "two counts or more, each at least 1")
-    design = np.column_stack((np.ones_like(counts), 1 / np.sqrt(counts)))
-    fitted = np.linalg.lstsq(design, np.asarray(errors, np.float64), rcond=None)[0]
-    return np.asarray(fitted[0])
-
-
-def one_sided_mean(values: Reals) -> Estimate:
-    """Estimate the mean of n ≥ 2 values, (n,), with one-sided 95 % bounds (Student's t).
-
-    The truth is above the upper bound in 5 % of experiments and below the lower one in 5 %. Raises
-    InputError for fewer than 2 values.
-    """
-    n = len(values)
-    if n < 2:
-        raise InputError("values", n, "two or more, to bound their mean")
-    error = float(values.std(ddof=1)) / math.sqrt(n)
-    reach = float(stats.t.ppf(ONE_SIDED_CONFIDENCE, n - 1)) * error
-    mean = float(values.mean())
-    return Estimate(mean, mean - reach, mean + reach, error, 1.0, n)
 
 
 REFERENCE, TESTED, LIGHT = 0, 1000, 2000

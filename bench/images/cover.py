@@ -30,9 +30,9 @@ from typing import Any
 
 import numpy as np
 
-from bench.fields.judged_seeds import first_seed
 from bench.images.compare import coverage_ratio, luminance_ratio
 from bench.records.records import Column, Point, columns
+from bench.seeds import first_seed
 from bench.statistics.estimates import Estimate
 from lod.air import CLEAR, Air, rgb_extinction
 from lod.camera import Corner

@@ -3,7 +3,7 @@
 The reference is the same frame with every species at SPECIES_DETAIL and the ground at
 GROUND_DETAIL, where nothing is left out for air or fades. Field k is turned by k × TURN_DEG, and
 its sun is the k-th of SUN_ELEVATIONS_DEG in turn. Full runs judge worlds and trees that nothing was
-fitted to (``bench.fields.judged_seeds``).
+fitted to (``bench.seeds``).
 
 Headline pictures show everything pruned at one pixel, and in every third field species and ground
 alone, against one reference: FLIP at several counts of samples, and by bands of distance FLIP of
@@ -19,7 +19,6 @@ from typing import Any
 
 import numpy as np
 
-from bench.fields.judged_seeds import first_seed
 from bench.images.compare import (
     PIXELS_PER_DEGREE,
     REFERENCE,
@@ -34,6 +33,7 @@ from bench.images.compare import (
 )
 from bench.images.shipped import Shown, display_ground, display_others
 from bench.records.records import Column, Key, Point, columns, pictures
+from bench.seeds import first_seed
 from lod.metric import METRICS
 from lod.view import View
 from scenes.frame.frame_input import FrameInput

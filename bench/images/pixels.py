@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from bench.fields.part_sizes import camera, density_of, prototypes_with, seed_of
-from bench.fields.scene import FLAT
+from bench.counting import FLAT
+from bench.part_sizes import camera, density_of, prototypes_with, seed_of
 from bench.records.records import Point, columns
 from lod.arrays import Ints, Reals
 from lod.crossfade import blend_weights

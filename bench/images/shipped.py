@@ -1,6 +1,6 @@
 """Presets at their shipped settings against a far finer reference; one case is one place (§2.4).
 
-Place k of a preset is the preset in the world of the k-th seed (``bench.fields.judged_seeds``),
+Place k of a preset is the preset in the world of the k-th seed (``bench.seeds``),
 seen from where the preset's eye stands but turned by k × 60°, with the sun 20° high where k is even
 and 55° where it is odd. `campfire` keeps its sun, and the eye goes round its fire, which it always
 faces. `fly_in` is a flight, of which frames 1, 24 and 48 are judged, at τ = 1 px in place of the
@@ -22,9 +22,9 @@ from typing import Any
 
 import numpy as np
 
-from bench.fields.judged_seeds import first_seed
 from bench.images.compare import REFERENCE, TESTED, Looks, Seen, flips, look, sums_by_band
 from bench.records.records import Column, Point, columns
+from bench.seeds import first_seed
 from lod.arrays import Points, Reals
 from lod.metric import Metric
 from lod.pruner import prune

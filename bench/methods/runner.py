@@ -4,11 +4,11 @@ import time
 import weakref
 from dataclasses import dataclass, field, replace
 
-from bench.fields.windows import Picture, window_preset
 from bench.methods.catalogue import arms
 from bench.methods.comparison import STAGES
 from bench.methods.method import Arm, Updater
 from bench.records.records import Column, Point, columns
+from bench.windows import Picture, window_preset
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.layers import Layers
 from scenes.presets.schema import Preset

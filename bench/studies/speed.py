@@ -21,9 +21,9 @@ import numpy as np
 import psutil
 
 from bench.cli.output import table
-from bench.fields.plain_scene import first_view, plain_scene, scene_bytes, scene_hash
 from bench.statistics.estimates import two_sided_median
 from bench.statistics.timing import interleaved_seconds
+from bench.windows import first_view, plain_scene, scene_bytes, scene_hash
 from lod.crossfade import blend_weights
 from lod.pruner import prune
 from lod.view import View

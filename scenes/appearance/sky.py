@@ -56,7 +56,7 @@ def sky_at(elevation_deg: float, turbidity: float) -> Sky:
     """Return the sky with the sun at an elevation, clipped to the range of the table.
 
     It is Mitsuba's ``sunsky`` (Hosek & Wilkie, "An analytic model for full spectral sky-dome
-    radiance", SIGGRAPH 2012), as ``python -m bench.calibrate.sky_table`` averages it.
+    radiance", SIGGRAPH 2012), as ``python -m tests.tools.sky_table`` averages it.
     """
     at = np.clip(turbidity, *_ends(TURBIDITIES)), np.clip(elevation_deg, *_ends(ELEVATIONS_DEG))
     key = content_key(*(float(value) for value in at))

@@ -43,7 +43,7 @@ def _cell(each: "Identity") -> str:
 def _identities(path: Path, most_bytes: int | None, show: Progress) -> Iterable["Identity"]:
     from scenes.render.exr.header import preset_from_settings
     from scenes.render.exr.sequence import load_manifest
-    from scenes.render.memory import check_pruning
+    from scenes.render.memory import preflight
     from scenes.render.object_keys import identities
     from scenes.scene import Scene
 
@@ -56,6 +56,6 @@ def _identities(path: Path, most_bytes: int | None, show: Progress) -> Iterable[
     tell_first_run()
     show(0, 2, "memory")
     scene, frame = Scene(preset), entry["frame"]
-    check_pruning(scene.world, scene.view(frame), most_bytes, f"frame {frame}")
+    preflight(scene, (frame,), most_bytes)
     show(1, 2, "objects")
     return identities(scene, frame)

@@ -58,10 +58,10 @@ def render_job(
     someone who waits may want to know.
     """
     if workers.cluster is None:
-        from scenes.render.worker import Worker, render_foretold
+        from scenes.render.worker import Worker, render_left
 
         with Worker(workers.threads, watch, workers.most_bytes) as worker:
-            yield from render_foretold(job, worker)
+            yield from render_left(job, worker)
         return
     from scenes.render.cluster import cluster, render_on_cluster, sweep
 

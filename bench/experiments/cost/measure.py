@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 
 from bench.children import run_in_child
-from bench.fields.judged_seeds import first_seed
 from bench.frame_costs import KINDS, Size, preset_costs, window_costs
 from bench.images.compare import flips
 from bench.old_experiment import Effort
 from bench.records.provenance import scene_digest
 from bench.records.records import Column, Point, columns
+from bench.seeds import first_seed
 from scenes.presets.load import load_preset
 from scenes.render.variants import choose
 

@@ -25,7 +25,6 @@ from typing import Any
 import numpy as np
 
 from bench.children import run_in_child
-from bench.fields.windows import Picture
 from bench.images.compare import (
     BAND_EDGES_M,
     Reference,
@@ -45,10 +44,12 @@ from bench.methods.video import just_objectionable_differences
 from bench.old_experiment import Effort
 from bench.records.provenance import scene_digest
 from bench.records.records import Column, Point
+from bench.windows import Picture
 from scenes.frame.layers import SKY_Z, Layers
 from scenes.presets.load import load_preset
 from scenes.presets.schema import Preset
-from scenes.render.memory import forecast, frame_bytes, memory_limit
+from scenes.processes.memory import memory_limit
+from scenes.render.memory import forecast, frame_bytes
 from scenes.render.pictures import auto_exposure, to_srgb
 from scenes.render.variants import choose
 from scenes.scene import view_at

@@ -8,7 +8,7 @@ from bench.records.claims import Claim
 from bench.records.old_claims import claim, verification
 from bench.records.records import Point, where
 from bench.statistics.estimates import Estimate, exactly, two_sided_median
-from bench.statistics.power_law import fit_exponent
+from bench.statistics.fits import fit_exponent
 
 _LAW = "§4.1"
 _CLEAR = 2.5

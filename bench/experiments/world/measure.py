@@ -9,12 +9,12 @@ import math
 from dataclasses import dataclass, replace
 from typing import Any
 
-from bench.fields.plain_scene import first_view, plain_scene, scene_bytes
-from bench.fields.plain_scene import scene_hash as plain_hash
 from bench.old_experiment import Effort
 from bench.records.provenance import scene_digest
 from bench.records.records import Column, Point, columns
 from bench.statistics.timing import interleaved_seconds
+from bench.windows import first_view, plain_scene, scene_bytes
+from bench.windows import scene_hash as plain_hash
 from lod.law import max_ground_distance
 from lod.pruner import prune
 from scenes.presets.load import load_preset

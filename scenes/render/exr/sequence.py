@@ -23,10 +23,10 @@ from typing import Any
 
 from lod.errors import InputError
 from scenes.files import DiskError, frame_path, make_folder, may_name, partial_path, stray_partials
+from scenes.processes.memory import peak_rss_bytes
 from scenes.processes.ownership import Claimed, claim
 from scenes.render.exr.header import FRAME, Record, Settings, settings_in
 from scenes.render.exr.layers import UNREADABLE_CURE, is_sealed, read_header
-from scenes.render.memory import peak_rss_bytes
 
 
 def whole_frame(path: str | Path) -> tuple[int, dict[str, Any]]:

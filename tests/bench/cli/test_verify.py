@@ -27,7 +27,7 @@ class Session:
     def __init__(self, settings):
         self.settings = settings
 
-    def foretell(self, frames, folder, most_bytes):
+    def preflight(self, frames, folder, most_bytes):
         return {}
 
     def render(self, frame, target, watch, most_bytes):

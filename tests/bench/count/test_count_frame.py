@@ -2,8 +2,8 @@
 
 import pytest
 
-from bench.count import count_frame
-from bench.count.count_frame import predict
+from bench import frame_counts as count_frame
+from bench.frame_counts import predict
 from scenes.presets.load import load_preset
 from scenes.scene import Scene
 

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from bench.experiments.images import EXPERIMENT, claims, plots
-from bench.fields.judged_seeds import BUILDING_SEEDS
 from bench.images.cover import (
     LOOKS,
     SAME_RAYS,
@@ -26,6 +25,7 @@ from bench.images.cover import (
 )
 from bench.records.provenance import provenance
 from bench.records.records import Column, Point, Record
+from bench.seeds import BUILDING_SEEDS
 from lod.air import rgb_extinction
 from lod.metric import METRICS
 from lod.pruner import prune

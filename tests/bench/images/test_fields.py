@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from bench.experiments.images import EXPERIMENT, claims, plots
-from bench.fields.judged_seeds import BUILDING_SEEDS
 from bench.images.compare import (
     PAIR_BANDS,
     Looks,
@@ -41,6 +40,7 @@ from bench.images.fields import (
 )
 from bench.records.provenance import provenance
 from bench.records.records import Column, Point, Record, columns, merge_points
+from bench.seeds import BUILDING_SEEDS
 from scenes.frame.layers import Layers
 from scenes.models.catalogue import PROTOTYPE_SEED
 from scenes.presets.load import load_preset

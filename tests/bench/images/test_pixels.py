@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from bench.experiments.images import claims, plots
-from bench.fields.part_sizes import camera
 from bench.images.pixels import covered, drawn
+from bench.part_sizes import camera
 from bench.records.provenance import provenance
 from bench.records.records import Point, Record, columns
 from bench.statistics.estimates import two_sided_quantile

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from bench.experiments.images import EXPERIMENT, claims, plots
-from bench.fields.judged_seeds import BUILDING_SEEDS, JUDGED_SEED, QUICK_SEED, first_seed
 from bench.images.compare import Looks, errors, flips, sum_land
 from bench.images.shipped import (
     BANDS,
@@ -30,6 +29,7 @@ from bench.images.shipped import (
 )
 from bench.records.provenance import provenance
 from bench.records.records import Column, Point, Record, columns, merge_points
+from bench.seeds import BUILDING_SEEDS, JUDGED_SEED, QUICK_SEED, first_seed
 from scenes.frame.layers import SKY_Z
 from scenes.presets.load import load_preset, preset_names
 from scenes.render.variants import choose

@@ -23,7 +23,6 @@ from bench.experiments.rivals.measure import (
     noise,
 )
 from bench.experiments.rivals.plots import plots, point_table, summary, tables
-from bench.fields.windows import Picture
 from bench.images.compare import PAIR_BANDS
 from bench.images.equal_error import EQUAL_ERROR
 from bench.methods import environments
@@ -34,6 +33,7 @@ from bench.methods.environments import CYCLES, VIDEO, answer_of
 from bench.methods.method import Arm, by_view
 from bench.methods.video import just_objectionable_differences
 from bench.records.records import Column, Point, where
+from bench.windows import Picture
 from lod.errors import InputError
 from scenes import plugins as entry_points
 from scenes.world.world import build_world

@@ -10,7 +10,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bench.calibrate.sky_table import cells
 from lod.shapes import StickTable
 from scenes.appearance.sky import ELEVATIONS_DEG as ELEVATIONS_DEG_sky
 from scenes.appearance.sky import (
@@ -27,6 +26,7 @@ from scenes.render import variants
 from scenes.sticks.by_view import ELEVATIONS_DEG, ViewDependence
 from scenes.sticks.prototype import LUMINANCE, PartPlaces, assemble_prototype
 from scenes.sticks.shapes import Shapes
+from tests.tools.sky_table import cells
 
 BLACK = np.zeros(3)
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from bench.experiments.figure.cases import EVERYTHING
+from bench.experiments.figure import EVERYTHING
 from lod.errors import InputError
 from scenes.figures.anatomy import Rod
 from scenes.figures.animal_file import animal, animal_tables, load_animal
