@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 @memory_flag
 @click.option("--json", "as_json", is_flag=True, help="A JSON object for each on stdout.")
 def command(path: str, objects: tuple[int, ...], max_memory: str | None, as_json: bool) -> None:
-    """Species, cell, number and 128-bit key of a frame's objects, worked out from its manifest."""
+    """Species, cell, number and 128-bit key of a frame's objects, worked out from its header."""
     most_bytes = memory_limit_bytes(max_memory)
     with progress_bar("step") as show:
         found = list(_identities(Path(path), most_bytes, show))
@@ -42,20 +42,16 @@ def _cell(each: "Identity") -> str:
 
 def _identities(path: Path, most_bytes: int | None, show: Progress) -> Iterable["Identity"]:
     from scenes.render.exr.header import preset_from_settings
-    from scenes.render.exr.sequence import load_manifest
+    from scenes.render.exr.sequence import read_whole
     from scenes.render.memory import preflight
     from scenes.render.object_keys import identities
     from scenes.scene import Scene
 
-    manifest = load_manifest(path.parent)
-    entry = manifest.frames.get(path.name)
-    if entry is None:
-        rule = "a frame that the manifest of its folder knows"
-        raise InputError("FRAME", str(path), rule, "see `lodbench verify`")
-    preset = preset_from_settings(manifest.settings[entry["settings"]])
+    whole = read_whole(path)
+    preset = preset_from_settings(whole.settings)
     tell_first_run()
     show(0, 2, "memory")
-    scene, frame = Scene(preset), entry["frame"]
+    scene, frame = Scene(preset), whole.frame
     preflight(scene, (frame,), most_bytes)
     show(1, 2, "objects")
     return identities(scene, frame)

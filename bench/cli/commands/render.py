@@ -195,15 +195,15 @@ def _preview(
     out: Output, preset: Preset, pattern: str, paths: Sequence[Path], look: PictureStyle
 ) -> list[str]:
     """Write a picture of one frame, or a contact sheet and a film of more; give their paths."""
-    from scenes.render import pictures as contact_sheet
-    from scenes.render import pictures as movie
-    from scenes.render.pictures import preview
+    from scenes.render.pictures import preview, write_contact_sheet, write_movie
 
     still, target = _previews(pattern)
     many = len(paths) > 1
-    pictures = [contact_sheet(paths, still, look=look) if many else preview(paths[0], still, look)]
+    pictures = [
+        write_contact_sheet(paths, still, look=look) if many else preview(paths[0], still, look)
+    ]
     try:
-        film = movie(paths, target, preset.camera.fps, look) if many else None
+        film = write_movie(paths, target, preset.camera.fps, look) if many else None
         pictures += [film] if film else []
     except OSError as error:
         out.note(f"lodbench: no mp4: {error.strerror}")

@@ -34,7 +34,7 @@ from scenes import plugins as entry_points
 from scenes.files import check_pattern
 from scenes.presets.keys import known_keys
 from scenes.presets.load import load_preset, preset_from, preset_names
-from scenes.render.exr.sequence import NAME, load_manifest, whole_frame
+from scenes.render.exr.sequence import read_whole
 
 KINDS = 6
 CASES = int(os.environ.get("LODBENCH_FUZZ", "600")) // KINDS
@@ -181,14 +181,6 @@ def changed(data: Any, draw: Callable[[Any], Any]) -> Any:
 
 
 HASH = "ab" * 32
-MANIFEST = {
-    "version": 3,
-    "settings": {HASH: {"seed": 0, "render": {"spp": 1}}},
-    "frames": {
-        "a.0001.exr": {"frame": 1, "state": "done", "sha256": HASH, "settings": HASH},
-        "a.0002.exr": {"frame": 2, "state": "pending", "settings": HASH},
-    },
-}
 RECORD = {
     "experiment": "scaling",
     "version": 1,
@@ -203,14 +195,10 @@ RECORD = {
 
 @fuzzed
 @given(st.data())
-def test_manifests_and_records(data: st.DataObject) -> None:
-    """Edited files; a record is sealed again, as one would who knows how."""
+def test_records(data: st.DataObject) -> None:
+    """Edited, and sealed again, as one would who knows how."""
     with tempfile.TemporaryDirectory() as text:
         folder = Path(text)
-        manifest = json.dumps(changed(MANIFEST, data.draw))
-        at = data.draw(st.integers(0, 4 * len(manifest)))
-        (folder / NAME).write_text(manifest[:at], encoding="utf-8")
-        judge(lambda: load_manifest(folder))
         content = changed(RECORD, data.draw)
         try:
             seal = _hash(json.loads(json.dumps(content)))
@@ -246,7 +234,7 @@ def test_headers(frame: bytes, data: st.DataObject) -> None:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "a.0001.exr"
         path.write_bytes(bytes(body[:end]))
-        judge(lambda: whole_frame(path))
+        judge(lambda: read_whole(path))
 
 
 class Entry:
