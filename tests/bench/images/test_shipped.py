@@ -6,29 +6,25 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bench.experiment import experiments
-from bench.experiments.fidelity.shipped import plots as shown
-from bench.experiments.fidelity.shipped.claims import (
+from bench.experiments.images import EXPERIMENT, claims, plots
+from bench.images.compare import Looks, errors, flips, sum_land
+from bench.images.shipped import (
     BANDS,
     EVERYTHING,
+    FINEST,
     GROUND,
+    GROUND_STEPS,
     NOTHING,
     REST,
-    errors,
-    judge,
-    judged_bands,
-    light_ratios,
-)
-from bench.experiments.fidelity.shipped.displayed import (
-    FINEST,
+    Place,
+    Sight,
+    band_edges,
     display_ground,
     display_others,
     finest_within,
-)
-from bench.experiments.fidelity.shipped.measure import GROUND_STEPS, Sight, measure, open_scene
-from bench.experiments.fidelity.shipped.pictures import Looks, band_edges, flips, sum_land
-from bench.experiments.fidelity.shipped.places import (
-    Place,
+    judged_bands,
+    light_ratios,
+    measure,
     places,
 )
 from bench.records.provenance import provenance
@@ -37,19 +33,15 @@ from bench.seeds import BUILDING_SEEDS, JUDGED_SEED, QUICK_SEED, first_seed
 from scenes.frame.layers import SKY_Z
 from scenes.presets.load import load_preset, preset_names
 from scenes.render.variants import choose
-from scenes.scene import assemble_frame, view_at
-from scenes.world.world import build_world
+from scenes.scene import Scene
 
-EXPERIMENTS = experiments()
-
-
-SHIPPED = EXPERIMENTS["fidelity_shipped"]
+SHIPPED = EXPERIMENT.topics["fidelity_shipped"]
 SIZE = "32x18"
 
 
 def test_every_preset_is_judged_and_stands_apart_from_all():
     assert set(SHIPPED.full["presets"]) == {name for name, _ in preset_names()}
-    assert SHIPPED.apart and not EXPERIMENTS["fidelity"].apart
+    assert SHIPPED.apart and not EXPERIMENT.topics["fidelity"].apart
 
 
 def test_places_are_those_of_the_rule_and_none_that_is_built_with():
@@ -145,26 +137,28 @@ def planted(preset, pruned, a, light=1.0, band_light=1.0, step=1.0):
         "detail_ppm": [round(1e6 * step)] * 6,
         "reference_ppm": [125_000] * 3 + [250_000] * 3,
     }
-    case = {"preset": preset, "pruned": pruned, "step": step}
+    case = {"topic": "fidelity_shipped", "preset": preset, "pruned": pruned, "step": step}
     return Point(case, samples=(*columns(counts), *flip, *sums))
 
 
 def verdicts(*points):
-    found = judge((planted("meadow", NOTHING, 0.0), *points))
-    return {each.name: each.verdict for each in found}
+    found = claims((planted("meadow", NOTHING, 0.0), *points))
+    return {
+        (each.estimand.split()[0], each.condition.get("pruned")): each.verdict for each in found
+    }
 
 
 def test_verdicts_follow_from_samples():
     good = verdicts(planted("meadow", EVERYTHING, 0.009), planted("meadow", REST, 0.001, 1.005))
     assert set(good.values()) == {"holds"} and len(good) == 7
-    assert verdicts(planted("meadow", GROUND, 0.011))["meadow/ground/error"] == "refuted"
-    assert (
-        verdicts(planted("meadow", EVERYTHING, 0.00995))["meadow/everything/error"] == "undecided"
-    )
-    assert verdicts(planted("meadow", EVERYTHING, 0, 1.02))["meadow/everything/light"] == "refuted"
+    assert verdicts(planted("meadow", GROUND, 0.011))["FLIP", GROUND] == "refuted"
+    near = verdicts(planted("meadow", EVERYTHING, 0.00995))
+    assert near["FLIP", EVERYTHING] == "inconclusive"
+    bright = verdicts(planted("meadow", EVERYTHING, 0, 1.02))
+    assert bright["luminance", EVERYTHING] == "refuted"
     far = verdicts(planted("meadow", EVERYTHING, 0, 1.0, 1.03))
-    assert far["meadow/everything/bands"] == "refuted"
-    assert judge((planted("meadow", NOTHING, 0.01),))[0].verdict == "refuted"
+    assert far["bands", EVERYTHING] == "refuted"
+    assert claims((planted("meadow", NOTHING, 0.01),))[0].verdict == "refuted"
 
 
 def test_a_band_with_next_to_no_land_is_not_judged():
@@ -174,30 +168,20 @@ def test_a_band_with_next_to_no_land_is_not_judged():
     assert errors(point).mean() == pytest.approx(0.0, abs=1e-5)
 
 
-def test_the_report_has_a_row_for_every_way_and_the_error_at_equal_triangles():
+def test_the_report_draws_the_error_of_the_ground_against_its_triangles():
     steps = [planted("meadow", GROUND, 0.04 * step, step=step) for step in GROUND_STEPS]
     points = (planted("meadow", NOTHING, 0.0), planted("meadow", EVERYTHING, 0.02), *steps)
-    made = Record("fidelity_shipped", 1, True, "", provenance("", 0), points, judge(points), {})
-    heads, rows = shown.summary(made)
-    assert len(rows) == 4 and all(len(row) == len(heads) for row in rows)
-    assert rows[0][:5] == ("meadow", EVERYTHING, "1", "0.125 to 0.25", "6")
-    assert rows[0][5:9] == ("0.0325", "0.0200", "0.0201", "0.0000")
-    heads, rows = shown.point_table(made)
-    assert len(rows) == 4 * (BANDS - 1) and all(len(row) == len(heads) for row in rows)
-    row = sorted(steps, key=lambda point: point.values("triangles").mean())
-    assert shown.error_at(row, 100_000) == pytest.approx(0.04, rel=1e-2)
-    assert shown.error_at(row, 141_421) == pytest.approx(0.04 / 2**0.5, rel=2e-2)
-    assert math.isnan(shown.error_at(row, 10**6))
-    (plot,) = shown.plots(made)
-    assert [each.label for each in plot.drawn] == ["meadow", "nobody tells"]
-    assert shown.plots(replace(made, points=points[:2])) == ()
+    made = Record("images", 1, True, "", provenance("", 0), points, claims(points), {})
+    (plot,) = plots(made)
+    assert [each.label for each in plot.drawn] == ["meadow", "claimed"]
+    assert plots(replace(made, points=points[:2])) == ()
 
 
 def test_as_shipped_is_what_a_user_renders_and_details_apart_are_of_the_ground_and_the_rest():
     place = Place("meadow", 0, (f"render.size={SIZE}", "seed=101"))
     preset = place.load()
-    world = build_world(preset)
-    view, frame = view_at(world, preset, 1), assemble_frame(world, preset, 1, choose())
+    scene = Scene(preset)
+    world, view, frame = scene.world, scene.view(1), scene.input(1)
     mine = (*display_ground(world, view, 1.0, 1.0), *display_others(world, view, 1.0))
     for ours, theirs in zip(mine, frame.displayed, strict=True):
         assert ours.name == theirs.name and len(ours.shape) == len(theirs.shape)
@@ -226,4 +210,3 @@ def test_a_place_gives_a_point_of_every_way_and_places_are_merged():
     other = measure(replace(case, place=replace(place, number=1)), 0)
     merged = merge_points((*made, *other))
     assert len(merged) == len(made) and len(errors(merged[1])) == 2
-    assert open_scene(case, 0).quality.spp == 16

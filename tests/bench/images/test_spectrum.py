@@ -5,9 +5,8 @@ import re
 import numpy as np
 import pytest
 
-from bench.experiments.spectrum import plots as spectrum_plots
-from bench.experiments.spectrum.claims import EDGES, judge
-from bench.experiments.spectrum.measure import DETAILS, picture, spectrum
+from bench.experiments.images import claims, plots
+from bench.images.spectrum import DETAILS, EDGES, picture, spectrum
 from bench.records.provenance import provenance
 from bench.records.records import Column, Point, Record, predictions
 from scenes.render.variants import choose
@@ -48,21 +47,25 @@ def planted(low, high, left):
             }
             for name, row in rows.items():
                 samples.append(Column("power", row, {"picture": name, "octave": k}))
-        points.append(Point({"detail": detail}, predictions({"cutoff": cutoff}), tuple(samples)))
+        points.append(
+            Point(
+                {"topic": "spectrum", "detail": detail},
+                predictions({"cutoff": cutoff}),
+                tuple(samples),
+            )
+        )
     return tuple(points)
 
 
 def test_verdicts_follow_from_powers():
-    assert {c.verdict for c in judge(planted(1, 500, 0.02))} == {"holds"}
-    assert {c.verdict for c in judge(planted(500, 500, 0.9))} == {"refuted"}
+    assert {c.verdict for c in claims(planted(1, 500, 0.02))} == {"holds"}
+    assert {c.verdict for c in claims(planted(500, 500, 0.9))} == {"refuted"}
 
 
 def test_the_report_shows_every_detail():
     points = planted(1, 500, 0.5)
-    made = Record("spectrum", 1, True, "", provenance("", 0), points, judge(points), {})
-    heads, rows = spectrum_plots.point_table(made)
-    assert len(rows) == len(points) * OCTAVES and all(len(row) == len(heads) for row in rows)
-    assert not any(re.search(r"\bnan\b", plot.svg) for plot in spectrum_plots.plots(made))
+    made = Record("images", 1, True, "", provenance("", 0), points, claims(points), {})
+    assert not any(re.search(r"\bnan\b", plot.svg) for plot in plots(made))
 
 
 @pytest.mark.slow

@@ -6,9 +6,8 @@ import re
 import numpy as np
 import pytest
 
-from bench.experiments.pixels import plots as pixels_plots
-from bench.experiments.pixels.claims import judge
-from bench.experiments.pixels.measure import covered, drawn
+from bench.experiments.images import claims, plots
+from bench.images.pixels import covered, drawn
 from bench.part_sizes import camera
 from bench.records.provenance import provenance
 from bench.records.records import Point, Record, columns
@@ -42,17 +41,17 @@ def test_what_is_seen_twice_covers_once():
 
 
 def point(metric, parts, pixels):
-    case = {"species": "tree", "metric": metric, "detail": 1.0}
+    case = {"topic": "pixels", "species": "tree", "metric": metric, "detail": 1.0}
     area = [1000 * each for each in pixels]
     return Point(case, samples=columns({"parts": parts, "pixels": pixels, "area": area}))
 
 
 def test_verdicts_follow_from_counts():
     few, many = point("blake", [3] * 200, [2] * 200), point("bounded", [90] * 200, [9] * 200)
-    held, refuted = judge((few, many))
+    held, refuted = claims((few, many))
     assert (held.verdict, refuted.verdict) == ("holds", "refuted")
     mixed = point("blake", [30] * 30 + [3] * 170, [2] * 200)
-    assert judge((mixed,))[0].verdict == "refuted", "15 % have more"
+    assert claims((mixed,))[0].verdict == "refuted", "15 % have more"
 
 
 def test_the_interval_of_a_quantile_covers_it():
@@ -67,9 +66,10 @@ def test_parts_are_those_of_the_objects_drawn_and_repeat():
     assert found == drawn("figure", "bounded", 4.0, 20, 1)
     assert len(found["parts"]) == len(found["pixels"]) == 20 and min(found["parts"]) >= 1
     points = (
-        Point({"species": "figure", "metric": "bounded", "detail": 4.0}, samples=columns(found)),
+        Point(
+            {"topic": "pixels", "species": "figure", "metric": "bounded", "detail": 4.0},
+            samples=columns(found),
+        ),
     )
-    record = Record("pixels", 1, True, "", provenance("", 1), points, judge(points), {})
-    heads, rows = pixels_plots.point_table(record)
-    assert all(len(row) == len(heads) for row in rows)
-    assert not any(re.search(r"\bnan\b", plot.svg) for plot in pixels_plots.plots(record))
+    record = Record("images", 1, True, "", provenance("", 1), points, claims(points), {})
+    assert not any(re.search(r"\bnan\b", plot.svg) for plot in plots(record))

@@ -6,14 +6,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bench.experiment import experiments
-from bench.experiments.fidelity import plots as fidelity_plots
-from bench.experiments.fidelity.claims import judge, judged_bands, same_place, swept
-from bench.experiments.fidelity.equal_error import crossings
-from bench.experiments.fidelity.image_errors import BANDS as IMAGE_BANDS
-from bench.experiments.fidelity.image_errors import bias, picture_errors, reference_of
-from bench.experiments.fidelity.measure import cases, measure
-from bench.experiments.fidelity.scene import (
+from bench.experiments.images import EXPERIMENT, claims, plots
+from bench.images.compare import (
+    PAIR_BANDS,
+    Looks,
+    bias,
+    errors,
+    picture_errors,
+    reference_of,
+    same_place,
+)
+from bench.images.equal_error import GRASS_ERROR, crossings, equal_error
+from bench.images.fields import (
     ALONE_EVERY,
     EDGES_M,
     EVERYTHING,
@@ -26,15 +30,14 @@ from bench.experiments.fidelity.scene import (
     SWEPT,
     VIEWS,
     Field,
+    cases,
     displayed,
-    field_view,
+    judged_bands,
+    measure,
     parts_in,
     reference,
-    world_of,
+    scene_of,
 )
-from bench.experiments.fidelity.shipped.claims import errors
-from bench.experiments.fidelity.shipped.pictures import Looks
-from bench.experiments.figure import curves
 from bench.records.provenance import provenance
 from bench.records.records import Column, Point, Record, columns, merge_points
 from bench.seeds import BUILDING_SEEDS
@@ -42,11 +45,8 @@ from scenes.frame.layers import Layers
 from scenes.models.catalogue import PROTOTYPE_SEED
 from scenes.presets.load import load_preset
 
-EXPERIMENTS = experiments()
-
-
-EXPERIMENT = EXPERIMENTS["fidelity"]
-DETAILS = EXPERIMENT.full["details"]
+FULL, QUICK = EXPERIMENT.topics["fidelity"].full, EXPERIMENT.topics["fidelity"].quick
+DETAILS = FULL["details"]
 SHAPE = (12, 16)
 PAIRS = 8
 FIELDS = 6
@@ -93,7 +93,7 @@ def test_nothing_changed_measures_as_its_floor():
     for name in ("flip", "ssim", "relmse"):
         assert found.column(name) == found.column(f"{name}_floor")
     assert found.column("relmse_bias") == [0] * PAIRS
-    for band in (b for b in IMAGE_BANDS if found.column("pixels", band=b)[0]):
+    for band in (b for b in PAIR_BANDS if found.column("pixels", band=b)[0]):
         tested, same = (
             found.column("luminance", picture=each, band=band) for each in ("tested", "reference")
         )
@@ -128,7 +128,8 @@ def headline(view="aerial", pruned=EVERYTHING, error=0.004, light=1.0, rays=1.0)
             found.append(Column("rays", values, keys))
             found.append(Column("light", [round(7 * more * v) for v in values], keys))
     counted = {"parts": [10] * FIELDS}
-    case = {"what": "headline", "view": view, "pruned": pruned, "metric": "blake", "detail": 1.0}
+    case = {"topic": "fidelity", "what": "headline", "view": view, "pruned": pruned}
+    case |= {"metric": "blake", "detail": 1.0}
     return Point(case, samples=(*columns(counted), *found))
 
 
@@ -137,7 +138,8 @@ def sweep(metric, detail, error, parts, view="aerial"):
         Column("flip_ppm", noisy_flip(error, k), {"samples": n, "number": k})
         for k, n in enumerate(SAMPLES)
     ]
-    case = {"what": "sweep", "view": view, "pruned": SPECIES, "metric": metric, "detail": detail}
+    case = {"topic": "fidelity", "what": "sweep", "view": view, "pruned": SPECIES}
+    case |= {"metric": metric, "detail": detail}
     return Point(case, samples=(*columns({"parts": [parts] * FIELDS}), *found))
 
 
@@ -163,30 +165,52 @@ def test_where_the_error_comes_up_to_one_is_read_between_details():
 
 def test_grass_is_compared_at_a_coarser_error_and_by_the_metric_of_the_view():
     points = [sweep("blake", d, 0.025 * d, round(1e5 / d**2), GRASS) for d in DETAILS]
-    assert swept(points)["blake"].detail.value == pytest.approx(2.0, rel=0.02)
+    assert equal_error(points, errors, GRASS_ERROR)["blake"].detail.value == pytest.approx(
+        2.0, rel=0.02
+    )
     grass, other = (Field(view, 0, False, "9x9").preset(0).species for view in (GRASS, "aerial"))
     assert grass["sward"].metric is None and grass["sward"].density > 10 and len(grass) == 1
     assert other["sward"].density == 0 and len(other) == 3
 
 
+def verdicts(points):
+    return {(c.estimand, *c.condition.values()): c.verdict for c in claims(tuple(points))}
+
+
 def test_verdicts_follow_from_samples():
-    claims = {c.name: c for c in judge(planted(rival=2.0))}
-    verdict = {name: each.verdict for name, each in claims.items()}
-    assert verdict["control/aerial"] == verdict["blake/aerial/error_species"] == "holds"
-    assert verdict["blake/aerial/error_everything"] == "refuted"
-    assert claims["blake/aerial/error_everything"].measured == pytest.approx(0.012, rel=1e-3)
-    assert verdict["blake/aerial/tone_from_20_m"] == "holds"
-    assert verdict["blake/aerial/error_from_20_m"] == "refuted"
-    assert verdict["bounded/aerial/parts"] == "holds"
-    assert {c.name: c.verdict for c in judge(planted(0.5))}["depth/aerial/parts"] == "refuted"
+    found = verdicts(planted(rival=2.0))
+    to_reference = ("FLIP to the reference", "aerial", "blake", "1 px")
+    assert found["FLIP of the reference to itself", "aerial"] == "holds"
+    assert found[*to_reference, "species"] == found[*to_reference, "ground"] == "holds"
+    assert found[*to_reference, "all representations"] == "refuted"
+    assert found["luminance ratio to the reference", "aerial", "20–60 m"] == "holds"
+    assert found["FLIP in the same places", "aerial", "20–60 m"] == "refuted"
+    assert found["parts at equal FLIP, blake ÷ bounded", "aerial", 0.01] == "holds"
+    cheap = verdicts(planted(0.5))
+    assert cheap["parts at equal FLIP, blake ÷ depth", "aerial", 0.01] == "refuted"
 
 
-@pytest.mark.parametrize(("what", "which"), [("light", "tone"), ("rays", "coverage")])
+@pytest.mark.parametrize(("what", "which"), [("light", "luminance"), ("rays", "coverage")])
 def test_light_and_coverage_are_judged_apart(what, which):
-    verdict = {c.name: c.verdict for c in judge(planted(**{what: 1.05}))}
-    other = {"tone": "coverage", "coverage": "tone"}[which]
-    assert verdict[f"blake/aerial/{which}_from_0_m"] == "refuted"
-    assert verdict[f"blake/aerial/{other}_from_0_m"] == "holds"
+    found = verdicts(planted(**{what: 1.05}))
+    for each in ("luminance", "coverage"):
+        verdict = found[f"{each} ratio to the reference", "aerial", "0–20 m"]
+        assert verdict == ("refuted" if each == which else "holds")
+
+
+def test_a_metric_that_never_reaches_the_error_is_not_compared():
+    never = [p for p in planted(3.0) if p.case["what"] == "sweep" and p.case["detail"] <= 1]
+    assert not equal_error(never, errors)["depth"].found
+    assert not verdicts(never)
+
+
+def test_the_report_draws_every_view():
+    points = planted()
+    made = Record("images", 1, True, "", provenance("", 0), points, claims(points), {})
+    shown = {plot.name: plot for plot in plots(made)}
+    assert "fidelity-luminance-ratio" in shown and "fidelity-aerial-parts" in shown
+    assert all(not re.search(r"\bnan\b", plot.svg) for plot in shown.values())
+    assert "0.012, 0.012, 0.012" in shown["fidelity-flip-in-the-same-places"].caption
 
 
 def test_bands_that_nobody_sees_are_not_judged_and_noise_is_taken_from_the_same_place():
@@ -196,62 +220,32 @@ def test_bands_that_nobody_sees_are_not_judged_and_noise_is_taken_from_the_same_
     assert same_place(point, 4) is None
 
 
-def test_at_equal_error_every_metric_is_summed_up_with_its_interval():
-    points = planted(rival=3.0)
-    found = swept([p for p in points if p.case["what"] == "sweep"])
-    assert found["blake"].detail.value == pytest.approx(1 / 0.6, rel=0.02)
-    assert found["depth"].parts_over(found["blake"]).value == pytest.approx(3.0, rel=1e-3)
-    assert fidelity_plots.standing(found) == dict.fromkeys(METRICS_TRIED, "more") | {
-        "blake": "the fewest"
-    }
-    made = Record("fidelity", 5, True, "", provenance("", 0), points, judge(points), {})
-    for table in (fidelity_plots.summary, fidelity_plots.point_table):
-        heads, rows = table(made)
-        assert rows and all(len(row) == len(heads) for row in rows)
-    never = tuple(p for p in points if p.case["detail"] <= 1)
-    assert not swept([p for p in never if p.case["what"] == "sweep"])["depth"].found
-    assert any(
-        "not reached" in row[3] for row in fidelity_plots.summary(replace(made, points=never))[1]
-    )
-
-
-def test_the_report_draws_every_view():
-    points = planted()
-    made = Record("fidelity", 5, True, "", provenance("", 0), points, judge(points), {})
-    shown = {plot.name: plot for plot in fidelity_plots.plots(made)}
-    by_distance = [f"fidelity-{k}" for k in ("tone", "coverage", "same-place")]
-    assert list(shown) == [*by_distance, "fidelity-aerial-detail", "fidelity-aerial-parts"]
-    assert all(not re.search(r"\bnan\b", plot.svg) for plot in shown.values())
-    assert "0.012, 0.012, 0.012" in shown["fidelity-same-place"].caption
-
-
 def test_fields_have_suns_in_turn_and_full_runs_judge_what_nobody_looked_at():
-    full = [c.field for c in cases(EXPERIMENT.effort("full"))]
+    full = [c.field for c in cases(FULL)]
     seeds = {f.preset(0).seed for f in full}
     assert len(seeds) == 12 and min(seeds) > BUILDING_SEEDS
     assert {f.preset(0).light.sun_elevation for f in full} == set(SUN_ELEVATIONS_DEG)
     assert min(f.prototype_seed for f in full) > BUILDING_SEEDS
-    quick = [c.field for c in cases(EXPERIMENT.effort("quick"))]
+    quick = [c.field for c in cases(QUICK)]
     assert max(f.preset(5).seed for f in quick) <= BUILDING_SEEDS
     assert {f.prototype_seed for f in quick} == {PROTOTYPE_SEED}
     assert not {f.preset(0).seed for f in quick} & {f.preset(1).seed for f in quick}
 
 
 def test_every_third_field_has_species_and_ground_alone_and_another_metric_is_swept():
-    full = cases(EXPERIMENT.effort("full"))
+    full = cases(FULL)
     ways = {(c.field.number, c.field.view): len(c.ways) for c in full if c.what == "headline"}
     assert len(ways) == 12 * len(VIEWS)
     assert all(n == (1 if k % ALONE_EVERY else 4) for (k, _), n in ways.items())
-    more = cases(EXPERIMENT.effort("full"), "halfway")
+    more = cases(FULL, "halfway")
     swept_ = [set(b.ways) - set(a.ways) for a, b in zip(full, more, strict=True) if a != b]
     assert len(swept_) == 4 * len(SWEPT)
     assert swept_[0] == {(SPECIES, "halfway", d) for d in DETAILS}
-    assert {c.metric for c in set(curves("halfway")) - set(curves())} == {"halfway"}
 
 
 @pytest.mark.slow
 def test_a_field_is_measured_and_pruned_apart():
-    case = next(c for c in cases(EXPERIMENT.effort("quick")) if len(c.ways) > 1)
+    case = next(c for c in cases(QUICK) if len(c.ways) > 1)
     case = replace(case, looks=Looks((4, 16), 2), field=replace(case.field, size="32x18"))
     points = merge_points([*measure(case, 0), *measure(replace(case, field=case.field), 0)])
     by_way = {p.case["pruned"]: p for p in points}
@@ -260,7 +254,8 @@ def test_a_field_is_measured_and_pruned_apart():
     nothing, everything = by_way[NOTHING], by_way[EVERYTHING]
     assert nothing.column("parts")[0] > by_way[SPECIES].column("parts")[0]
     assert everything.column("triangles")[0] < nothing.column("triangles")[0]
-    world, view = world_of(case.field, 0), field_view(case.field, 0)
+    scene = scene_of(case.field, 0)
+    world, view = scene.world, scene.view(1)
     whole = reference(world, view)
     alone = displayed(world, view, GROUND, "blake", 1.0)
     assert parts_in(world, alone) == parts_in(world, whole) == nothing.column("parts")[0]

@@ -6,24 +6,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bench.experiment import experiments
-from bench.experiments.cover import plots as cover_plots
-from bench.experiments.cover.claims import (
-    SAME_RAYS,
-    bands,
-    coverage,
-    judge,
-    land_share,
-    same_rays,
-    tone,
-)
-from bench.experiments.cover.measure import Seen, cases, in_bands, land_light
-from bench.experiments.cover.scene import (
+from bench.experiments.images import EXPERIMENT, claims, plots
+from bench.images.cover import (
     LOOKS,
+    SAME_RAYS,
     Case,
+    Seen,
+    cases,
+    coverage,
     displayed,
+    in_bands,
+    land_light,
     pictures,
     preset_of,
+    tone,
     whole,
     window_view,
 )
@@ -36,11 +32,8 @@ from lod.pruner import prune
 from lod.view import in_view
 from scenes.frame.layers import Layers
 from scenes.presets.load import load_preset
-from scenes.scene import preset_air, view_at
+from scenes.scene import Scene, preset_air
 from scenes.sticks.prototype import LUMINANCE
-from scenes.world.world import build_world
-
-EXPERIMENTS = experiments()
 
 
 def picture(Z, value):
@@ -93,7 +86,8 @@ def test_a_tree_that_stands_elsewhere_keeps_its_tone():
     point = Point(vars(pictures()[0]), samples=four)
     assert tone(point, 0).value == pytest.approx(1.0, abs=1e-6)
     assert coverage(point, 0).value == pytest.approx(1.0, abs=0.1)
-    assert same_rays(point, 0) > 4
+    pruned, unpruned = (point.values("light", picture=p, band=0) for p in (SAME_RAYS, "whole"))
+    assert pruned.sum() > 4 * unpruned.sum()
 
 
 def test_edges_rise_and_lie_in_the_window():
@@ -107,10 +101,9 @@ def test_edges_rise_and_lie_in_the_window():
 
 
 def test_far_looks_show_a_window_from_one_to_five_kilometres_with_pixels_of_the_same_angle():
-    near = view_at(*of("aerial"), 1).camera.pixel_angle
+    near = of("aerial").view(1).camera.pixel_angle
     for name, distance in (("far_1_km", 1000), ("far_2.2_km", 2200), ("far_5_km", 5000)):
-        world, preset = of(name)
-        camera, look = view_at(world, preset, 1).camera, LOOKS[name]
+        camera, look = of(name).view(1).camera, LOOKS[name]
         assert camera.pixel_angle * look.fine == pytest.approx(4 * near, rel=0.25)
         assert look.edges_m[0] > distance - 200 and look.edges_m[-1] < 1.1 * distance + 250
         assert look.details == (1.0,)
@@ -118,10 +111,10 @@ def test_far_looks_show_a_window_from_one_to_five_kilometres_with_pixels_of_the_
 
 def test_coordinates_are_about_the_window_where_leaves_shade_one_another():
     """And not about the eye, 5 km from there; what is in view is the same."""
-    world, preset = of("far_5_km")
-    view, usual = window_view(world, preset), view_at(world, preset, 1)
+    scene = of("far_5_km")
+    view, usual = window_view(scene), scene.view(1)
     assert view.camera.eye[:2] == pytest.approx([0.0, -5000.0])
-    field = next(each for each in world.fields if each.name == "conifer")
+    field = next(each for each in scene.world.fields if each.name == "conifer")
     one, two = (prune(field, replace(each, detail=0.2)).parts for each in (view, usual))
     assert len(one) > 1000 and abs(one.position).max() < 300 < abs(two.position).max()
     assert one.position - two.position == pytest.approx(
@@ -130,8 +123,7 @@ def test_coordinates_are_about_the_window_where_leaves_shade_one_another():
 
 
 def of(look):
-    preset = preset_of(look, "clear", 1)
-    return build_world(preset), preset
+    return Scene(preset_of(look, "clear", 1))
 
 
 def planted(shift=0.0, quantity="light"):
@@ -149,38 +141,38 @@ def planted(shift=0.0, quantity="light"):
                         share = 1.0 + shift
                     values = [round(share * (1_000_000 + 1000 * n)) for n in range(4)]
                     samples.append(Column(name, values, {"picture": which, "band": k}))
-        points.append(Point(vars(case), samples=tuple(samples)))
+        points.append(Point({"topic": "cover", **vars(case)}, samples=tuple(samples)))
     return tuple(points)
 
 
 def test_verdicts_follow_from_the_light_the_land_and_the_rays_of_each_band():
     """Of 2 looks with 8 bands at two details and 3 with 2 at one: three claims in own air, else
     two."""
-    claims = judge(planted())
-    assert len(claims) == (2 * 8 * 2 + 3 * 2) * 5 and {c.verdict for c in claims} == {"holds"}
-    for quantity, ending in (("light", "band_4"), ("land", "band_4/land")):
-        refuted = {c.name for c in judge(planted(0.03, quantity)) if c.verdict == "refuted"}
-        assert refuted == {c.name for c in claims if c.name.endswith(ending)}
-    refuted = {c.name for c in judge(planted(0.03, "rays")) if c.verdict == "refuted"}
-    assert {c.name for c in claims if c.name.endswith("band_4/coverage")} < refuted
-    assert land_share(planted()[0], 0) == 1.0
+    found = claims(planted())
+    assert len(found) == (2 * 8 * 2 + 3 * 2) * 5 and {c.verdict for c in found} == {"holds"}
+    for quantity, words in (
+        ("light", "luminance ratio to the unpruned scene"),
+        ("land", "luminance ratio to the unpruned scene, without airlight"),
+        ("rays", "coverage ratio to the unpruned scene"),
+    ):
+        refuted = [c for c in claims(planted(0.03, quantity)) if c.verdict == "refuted"]
+        mine = [c for c in refuted if c.estimand == words]
+        assert len(mine) == 4 * (1 if quantity == "land" else 2)
+        assert quantity == "rays" or mine == refuted
 
 
 def test_fields_that_are_judged_were_never_looked_at():
-    full = [c.world_seed(0) for c in cases(EXPERIMENTS["cover"].effort("full"))]
-    quick = [c.world_seed(4) for c in cases(EXPERIMENTS["cover"].effort("quick"))]
+    full = [c.world_seed(0) for c in cases(EXPERIMENT.topics["cover"].full)]
+    quick = [c.world_seed(4) for c in cases(EXPERIMENT.topics["cover"].quick)]
     assert min(full) > BUILDING_SEEDS >= max(quick)
 
 
-def test_the_report_shows_all_of_it():
+def test_the_report_draws_every_look():
     points = planted(0.03)
-    made = Record("cover", 1, True, "", provenance("", 0), points, judge(points), {})
-    assert EXPERIMENTS["cover"].judge(made.points) == made.claims
-    heads, rows = cover_plots.point_table(made)
-    assert len(rows) == sum(bands(p) for p in points)
-    assert all(len(row) == len(heads) for row in rows)
-    assert any("1.500" in row for row in rows), "without cover it stands in the table as well"
-    assert not any(re.search(r"\bnan\b", plot.svg) for plot in cover_plots.plots(made))
+    made = Record("images", 1, True, "", provenance("", 0), points, claims(points), {})
+    drawn = plots(made)
+    assert len(drawn) == len(LOOKS)
+    assert not any(re.search(r"\bnan\b", plot.svg) for plot in drawn)
 
 
 def test_the_whole_has_every_leaf_in_view_and_no_cover_is_bare_ground():
@@ -189,14 +181,11 @@ def test_the_whole_has_every_leaf_in_view_and_no_cover_is_bare_ground():
     others = [f"species.{s}.density=0" for s in ("broadleaf", "birch", "conifer", "figure")]
     case = Case("aerial", "clear", 12.0, True)
     preset = preset_of(case.look, case.air, 1, (*kept, *others, "species.shrub.prototypes=1"))
-    world = build_world(preset)
-    (ground, shrubs), (bare, _) = (
-        whole(world, preset, LOOKS[case.look]),
-        displayed(world, preset, 48.0, False),
-    )
-    view = replace(view_at(world, preset, 1), metric=METRICS["full"])
-    all_of_it = prune(world.fields[0], view).parts
+    scene = Scene(preset)
+    (ground, shrubs), (bare, _) = whole(scene, LOOKS[case.look]), displayed(scene, 48.0, False)
+    view = replace(scene.view(1), metric=METRICS["full"])
+    all_of_it = prune(scene.world.fields[0], view).parts
     in_it = in_view(view, all_of_it.centre, all_of_it.bound).sum()
     assert in_it > 5000 and len(shrubs.cut) > 0.98 * in_it and len(ground.shape) > 1000
-    left = displayed(world, preset, 48.0, True)[0].shape.colours
+    left = displayed(scene, 48.0, True)[0].shape.colours
     assert not np.array_equal(left, bare.shape.colours)

@@ -5,15 +5,16 @@ of two discs on the picture plane, sampled at FINENESS² places of each pixel. A
 when any of its places is; ``area`` counts the places themselves.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from bench.counting import FLAT
-from bench.old_experiment import Effort
 from bench.part_sizes import camera, density_of, prototypes_with, seed_of
 from bench.records.records import Point, columns
-from lod.arrays import Ints
+from lod.arrays import Ints, Reals
 from lod.crossfade import blend_weights
 from lod.pruner import prune
 from lod.shapes import Sticks, StickTable
@@ -21,6 +22,9 @@ from lod.view import View
 from scenes.appearance.visible_area import first_met
 from scenes.field.species_field import Species, SpeciesField
 from scenes.plugins import metric_by_name
+
+MOST = 4.0
+"""The ratio that at most 5 % of the objects may exceed."""
 
 SPECIES = ("figure", "tree")
 METRICS_TRIED = ("blake", "bounded", "solid_angle")
@@ -44,18 +48,24 @@ class Case:
     metric: str
     detail: float
     objects: int
+    topic: str = "pixels"
 
 
-def cases(effort: Effort, metric: str | None = None) -> list[Case]:
+def cases(sizes: Mapping[str, Any], metric: str | None = None) -> list[Case]:
     """Return every species by every metric and detail; ``metric`` is one of them."""
     metrics = (*METRICS_TRIED, *([metric] if metric else []))
-    return [Case(s, m, d, effort["objects"]) for s in SPECIES for m in metrics for d in DETAILS]
+    return [Case(s, m, d, sizes["objects"]) for s in SPECIES for m in metrics for d in DETAILS]
 
 
 def measure(case: Case, seed: int) -> Point:
     """Measure parts, pixels and area of the objects of one field."""
     found = drawn(case.species, case.metric, case.detail, case.objects, seed)
-    named = {"species": case.species, "metric": case.metric, "detail": case.detail}
+    named = {
+        "topic": case.topic,
+        "species": case.species,
+        "metric": case.metric,
+        "detail": case.detail,
+    }
     return Point(named, samples=columns(found))
 
 
@@ -130,3 +140,11 @@ def covered(sticks: tuple[np.ndarray, ...], view: View, phase: Ints) -> tuple[in
     padded = np.pad(seen, padding)
     blocks = padded.reshape(padded.shape[0] // FINENESS, FINENESS, -1, FINENESS)
     return int(blocks.any(axis=(1, 3)).sum()), float(seen.sum()) / FINENESS**2
+
+
+def ratios(point: Point, out_of: str = "pixels") -> Reals:
+    """Return parts ÷ pixels of every object, or parts ÷ ``area`` [px] where it is not 0."""
+    parts, covered = (point.values(k) for k in ("parts", out_of))
+    if out_of == "area":
+        covered = covered / 1000
+    return parts[covered > 0] / covered[covered > 0]

@@ -6,14 +6,12 @@ import re
 import numpy as np
 import pytest
 
-from bench.experiment import experiments
-from bench.experiments.colonnade import plots as colonnade_plots
-from bench.experiments.colonnade.claims import judge
-from bench.experiments.colonnade.measure import SHOTS
-from bench.experiments.colonnade.scene import (
+from bench.experiments.images import EXPERIMENT, claims, plots
+from bench.images.colonnade import (
     COUNT,
     DEPTH_M,
     EYE_M,
+    SHOTS,
     Shot,
     camera,
     cut,
@@ -22,13 +20,11 @@ from bench.experiments.colonnade.scene import (
     pixel_solid_angle,
     places,
 )
-from bench.runs import run_experiment
+from bench.runs import RunRequest, run_experiment
 from scenes.frame.frame_input import Quality
 from scenes.models.stone import HEIGHT_M, RADIUS_M, column
 from scenes.render.variants import choose
 from tests.bench.edited import edited
-
-EXPERIMENTS = experiments()
 
 
 def test_images_grow_and_angles_shrink_to_the_side():
@@ -74,10 +70,10 @@ def test_nothing_pruned_is_no_error():
 
 @pytest.mark.slow
 def test_a_quick_run_holds_what_it_must_and_is_judged_by_its_samples():
-    experiment = EXPERIMENTS["colonnade"]
-    record = run_experiment(experiment, experiment.effort("quick"))
-    verdict = {claim.name: claim.verdict for claim in record.claims}
-    for name in ("sizes/column/image_width", "sizes/column/solid_angle", "blake/column/error_eye"):
+    record = run_experiment(EXPERIMENT, RunRequest("images", ("colonnade",), quick=True))
+    by_angle = "luminance error weighted by solid angle, blake at 8 px ÷ depth at 12 px"
+    verdict = {claim.estimand: claim.verdict for claim in record.claims}
+    for name in ("width of the image, outermost ÷ middle", by_angle):
         assert verdict[name] == "holds", name
     worse = tuple(
         edited(p, "error_ppm", lambda _: [10**6] * 3, weight="eye")
@@ -85,7 +81,6 @@ def test_a_quick_run_holds_what_it_must_and_is_judged_by_its_samples():
         else p
         for p in record.points
     )
-    again = {claim.name: claim.verdict for claim in judge(worse)}
-    assert again["blake/column/error_eye"] == "refuted"
-    assert len(colonnade_plots.point_table(record)[1]) == len(SHOTS) * (COUNT // 2 + 1)
-    assert not any(re.search(r"\bnan\b", plot.svg) for plot in colonnade_plots.plots(record))
+    again = {claim.estimand: claim.verdict for claim in claims(worse)}
+    assert again[by_angle] == "refuted"
+    assert not any(re.search(r"\bnan\b", plot.svg) for plot in plots(record))

@@ -6,15 +6,14 @@ the frequencies above 1/(2τ) cycles a pixel, and no others. Pictures show albed
 sampled at the same places: there is no noise in them.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float64
 
-from bench.experiments.spectrum.claims import EDGES
-from bench.old_experiment import Effort
-from bench.records.provenance import scene_digest
 from bench.records.records import Column, Point, Prediction
 from lod.air import CLEAR
 from lod.arrays import Reals
@@ -25,10 +24,12 @@ from scenes.presets.load import load_preset
 from scenes.presets.schema import Preset
 from scenes.render.render import render_frame
 from scenes.render.variants import choose
-from scenes.scene import view_at
+from scenes.scene import Scene
 from scenes.sticks.prototype import LUMINANCE
 from scenes.world.light import Light
-from scenes.world.world import World, build_world
+
+EDGES = tuple(2.0**k for k in range(-6, 0))
+"""Edges of octaves of frequency [cycles a pixel], from 1/64 to 1/2; lower ones are in the first."""
 
 DETAILS = (2.0, 4.0, 8.0, 16.0)
 _SPP = 36
@@ -56,11 +57,12 @@ class Case:
 
     heading: float
     variant: str
+    topic: str = "spectrum"
 
 
-def cases(effort: Effort) -> list[Case]:
-    """Return as many directions as the effort says, evenly all round."""
-    count, variant = effort["directions"], choose()
+def cases(sizes: Mapping[str, Any]) -> list[Case]:
+    """Return as many directions as the sizes say, evenly all round."""
+    count, variant = sizes["directions"], choose()
     return [Case(360.0 * number / count - 180.0, variant) for number in range(count)]
 
 
@@ -76,7 +78,7 @@ def measure(case: Case, seed: int) -> list[Point]:
             for k, power in enumerate(spectrum(each))
         )
         cutoff = Prediction("cutoff", 1 / (2 * detail))
-        points.append(Point({"detail": detail}, (cutoff,), powers))
+        points.append(Point({"topic": case.topic, "detail": detail}, (cutoff,), powers))
     return points
 
 
@@ -98,15 +100,13 @@ def spectrum(picture: Picture) -> Reals:
 
 def picture(heading: float, detail: float | None, variant: str, seed: int) -> Picture:
     """Render albedo as luminance, towards a heading, pruned at a detail or, at None, whole."""
-    preset, world = _preset(heading), _world(seed)
-    view = view_at(world, preset, 1)
+    scene = _scene(seed).with_preset(_preset(heading))
     metric = METRICS["full" if detail is None else "blake"]
-    view, visible = replace(view, metric=metric, detail=detail or 1.0), []
-    for each in world.representations:
-        visible.append(display(each, prune(each, view), view))
+    view = replace(scene.view(1), metric=metric, detail=detail or 1.0)
+    visible = tuple(display(each, prune(each, view), view) for each in scene.world.representations)
     quality = Quality(variant, _SPP, 0, max_depth=1)
-    light = Light(preset.light.sun_azimuth, preset.light.sun_elevation)
-    layers = render_frame(FrameInput(view.camera, tuple(visible), CLEAR, light, quality))
+    light = Light(scene.preset.light.sun_azimuth, scene.preset.light.sun_elevation)
+    layers = render_frame(FrameInput(view.camera, visible, CLEAR, light, quality))
     return np.asarray(layers.albedo.astype(np.float64) @ LUMINANCE)
 
 
@@ -115,11 +115,19 @@ def _preset(heading: float) -> Preset:
 
 
 @lru_cache(maxsize=1)
-def _world(seed: int) -> World:
-    return build_world(_preset(0.0).model_copy(update={"seed": seed}))
+def _scene(seed: int) -> Scene:
+    return Scene(_preset(0.0).model_copy(update={"seed": seed}))
 
 
-def scene_hash(points: tuple[Point, ...]) -> str:
-    """Return the SHA-256 of the preset and of what is measured in how many directions."""
-    count = len(points[0].samples[0].values)
-    return scene_digest([_preset(0.0).model_dump(mode="json"), DETAILS, EDGES, _SPP, count])
+def power(point: Point, name: str, above: bool) -> Reals:
+    """Return the power above the cut-off, or below it, in every direction, (directions,)."""
+    cutoff = point.prediction("cutoff")
+    chosen = [k for k in range(len(EDGES) - 1) if (EDGES[k] >= cutoff) == above]
+    rows = [point.values("power", picture=name, octave=k) for k in chosen]
+    return np.sum(rows, axis=0)
+
+
+def octaves(point: Point, name: str) -> Reals:
+    """Return the mean power in every octave."""
+    rows = [point.values("power", picture=name, octave=k) for k in range(len(EDGES) - 1)]
+    return np.array([each.mean() for each in rows]) / 1e12
