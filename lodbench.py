@@ -20,12 +20,12 @@ from lod.errors import InputError
 from lod.metric import Metric
 from lod.pruner import Representation
 from scenes.frame.layers import SKY_Z, Layers
-from scenes.preset.load import Setting
-from scenes.preset.load import load_preset as _load_preset
-from scenes.preset.tables import Preset
+from scenes.presets.load import Setting
+from scenes.presets.load import load_preset as _load_preset
+from scenes.presets.schema import Preset
 
 if TYPE_CHECKING:
-    from bench.count.count_frame import Counts
+    from bench.frame_counts import Counts
     from bench.records.records import Record
 
 __all__ = [
@@ -75,14 +75,13 @@ def count(preset: Preset | str, frame: int = 1) -> "Counts":
     standard deviation ``predicted_sd`` of that), by species and by level. Raises InputError for a
     preset that cannot be, or a budget that no detail meets.
     """
-    from bench.count.count_frame import count as count_view
-    from scenes.render.sequence.detail_budget import within_budget
-    from scenes.world.view import view_at
-    from scenes.world.world import build_world
+    from bench.frame_counts import count as count_view
+    from scenes.render.budget import within_budget
+    from scenes.scene import Scene
 
     chosen = within_budget(_preset(preset), (frame,))
-    world = build_world(chosen)
-    return count_view(world, view_at(world, chosen, frame))
+    scene = Scene(chosen)
+    return count_view(scene.world, scene.view(frame))
 
 
 def render(
@@ -95,10 +94,10 @@ def render(
     Raises InputError for what cannot be rendered. The first call compiles kernels, which takes
     longer once on a machine.
     """
-    from scenes.render.mitsuba.variants import choose
-    from scenes.render.sequence.detail_budget import within_budget
-    from scenes.render.sequence.frame_session import FrameSession, ignore_progress
-    from scenes.render.sequence.settings import frame_settings
+    from scenes.render.budget import within_budget
+    from scenes.render.exr.header import frame_settings
+    from scenes.render.frame_session import FrameSession, ignore_progress
+    from scenes.render.variants import choose
 
     chosen = within_budget(_preset(preset), (frame,))
     variant = choose(chosen.render.variant, chosen.render.spectral)
@@ -122,26 +121,15 @@ def render_sequence(
     frames of other settings that stand there, unless ``overwrite``, and while another process
     renders other settings into that folder.
     """
-    from scenes.render.files.frame_paths import make_folder
-    from scenes.render.mitsuba.variants import choose
-    from scenes.render.sequence.acting_track import check_acted, prepare_track
-    from scenes.render.sequence.detail_budget import within_budget
-    from scenes.render.sequence.sequence import open_job, owned_folder
-    from scenes.render.sequence.settings import frame_settings
-    from scenes.render.sequence.worker import Worker, render_foretold
+    from scenes.render.render_files import Workers, render_files, settled
 
-    chosen = within_budget(_preset(preset), frames)
-    variant = choose(chosen.render.variant, chosen.render.spectral)
-    check_acted(chosen, frames)
-    track = prepare_track(chosen, Path(pattern).parent)
-    settings = frame_settings(chosen, variant, track)
-    with owned_folder(make_folder(Path(pattern).parent), settings), Worker(threads) as worker:
-        yield from render_foretold(open_job(pattern, frames, settings, overwrite), worker)
+    settings = settled(_preset(preset), pattern, frames)
+    yield from render_files(settings, pattern, frames, Workers(threads), overwrite)
 
 
 def read_frame(path: str | Path) -> Frame:
     """Read a frame that lodbench wrote. Raises InputError for any other file."""
-    from scenes.render.files.exr import read_exr
+    from scenes.render.exr.layers import read_exr
 
     return Frame(*read_exr(path))
 
@@ -153,16 +141,15 @@ def run_experiment(name: str, quick: bool = False, seed: int = 0) -> "Record":
     quick  measure fewer points, in minutes
     Raises InputError for an unknown name.
     """
-    from bench.experiments.registry import EXPERIMENTS
-    from bench.runner.run_experiment import run_experiment as run
-    from scenes.preset.errors import nearest_name
+    from bench.experiment import experiments
+    from bench.runs import RunRequest
+    from bench.runs import run_experiment as run
+    from scenes.presets.keys import nearest_name
 
-    if name not in EXPERIMENTS:
-        raise InputError(
-            "name", name, "no experiment of that name", nearest_name(name, EXPERIMENTS)
-        )
-    experiment = EXPERIMENTS[name]
-    return run(experiment, experiment.effort("quick" if quick else "full"), seed)
+    known = experiments()
+    if name not in known:
+        raise InputError("name", name, "no experiment of that name", nearest_name(name, known))
+    return run(known[name], RunRequest(name, known[name].usual, quick, seed))
 
 
 def _preset(preset: Preset | str) -> Preset:

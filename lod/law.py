@@ -189,23 +189,34 @@ def ground_nodes(
 ) -> GroundQuadrature:
     """Lay about so many nodes over the discs in which objects of these kinds may be displayed.
 
-    Every kind has as many nodes in its own disc, none of which reaches beyond ``farthest_m``. One
-    kind after the other they follow Roberts's sequence R₂ ("The unreasonable effectiveness of
-    quasirandom sequences", 2018) in the plane of the shares that radius and angle are chosen by,
-    and multiples of √2 by heading. As many nodes stand in a ring for its area as for its
-    logarithmic width, since the rim of each disc decides how many objects there are and every
-    octave of distance has parts of its own; half of them stand where the camera looks.
+    Every kind has as many nodes in its own disc, none of which reaches beyond ``farthest_m``.
     """
-    kinds = len(hierarchies)
+    farthest = [min(max_ground_distance((h,), view), farthest_m) for h in hierarchies]
+    return spread_nodes(np.array(farthest), view, nodes)
+
+
+def spread_nodes(
+    farthest_m: Reals, view: View, nodes: int, by_area: float = 0.7
+) -> GroundQuadrature:
+    """Lay about so many nodes over discs about the eye, one for each kind of objects.
+
+    One kind after the other they follow Roberts's sequence R₂ ("The unreasonable effectiveness of
+    quasirandom sequences", 2018) in the plane of the shares that radius and angle are chosen by,
+    and multiples of √2 by heading. A share ``by_area`` of them stands in a ring for its area and
+    the rest for its logarithmic width, since the rim of each disc decides how many objects there
+    are and every octave of distance has parts of its own; half of them stand where the camera
+    looks.
+    """
+    kinds = len(farthest_m)
     of_kind = max(nodes // kinds, 1)
     place = np.arange(kinds * of_kind).reshape(kinds, of_kind).T.ravel()
     plastic = 1.32471795724474602596  # the root of x³ = x + 1
     steps = 1 / plastic, 1 / plastic**2, math.sqrt(2.0)
     shares = (0.5 + np.multiply.outer(place, steps)) % 1.0
-    reach = np.array([min(max_ground_distance((h,), view), farthest_m) for h in hierarchies])
-    reach = np.tile(reach, of_kind)
+    reach = np.tile(farthest_m, of_kind)
     inner = 0.25  # radius of the one disc about the eye that is not divided further [m]
-    radius, spread = _radii(shares[:, 0], inner / max(float(reach.max()), 2 * inner))
+    first_ring = inner / max(float(reach.max()), 2 * inner)
+    radius, spread = _radii(shares[:, 0], first_ring, by_area)
     # Half of the nodes are spread over the whole turn, half over the sector that is in view.
     heading, half = _seen_sector(view)
     seen = 0.5 + 0.5 * half / np.pi
@@ -216,13 +227,10 @@ def ground_nodes(
     return GroundQuadrature(view.camera.eye[:2] + around, area, 2 * np.pi * shares[:, 2])
 
 
-def _radii(
-    share: Reals, inner: float, rings: int = 1024, by_area: float = 0.7
-) -> tuple[Reals, ...]:
+def _radii(share: Reals, inner: float, by_area: float, rings: int = 1024) -> tuple[Reals, Reals]:
     """Radii in a unit disc that have these shares of the nodes within, and r·dr ÷ d share there.
 
-    inner    radius of the disc that is the first of the rings, in each of which they are even
-    by_area  share of the nodes that is spread over rings by their area, the rest by width in log r
+    inner  radius of the disc that is the first of the rings, in each of which nodes are even
     """
     edges = np.concatenate(([0.0], np.geomspace(inner, 1.0, rings)))
     within = by_area * np.square(edges) + (1 - by_area) * np.linspace(0.0, 1.0, len(edges))

@@ -1,20 +1,19 @@
-"""Counter-based random numbers: the same counter always gives the same numbers, in any order.
+"""Random numbers that a counter gives, and fractal noise on endless lattices of integers.
 
-Philox4x64-10 of Salmon, Moraes, Dror & Shaw, "Parallel random numbers: as easy as 1, 2, 3" (SC
-2011); NumPy's ``Philox`` is the same generator and serves as the reference in the tests.
+The same counter always gives the same numbers, in any order: Philox4x64-10 of Salmon, Moraes, Dror
+& Shaw, "Parallel random numbers: as easy as 1, 2, 3" (SC 2011); NumPy's ``Philox`` is the same
+generator and serves as the reference in the tests.
 
-Value-gradient noise on an endless lattice of integers.
+Every lattice point of a noise carries a hashed value and a hashed gradient (Peachey's
+value-gradient noise, in Ebert et al. 2003, *Texturing & Modeling*, ch. 2), blended with Perlin's
+quintic (Perlin 2002, "Improving noise"). The hash is output ``iy`` of the SplitMix64 stream seeded
+by output ``ix`` of the stream seeded by the key (Steele, Lea & Flood 2014, "Fast splittable
+pseudorandom number generators"): a point costs some fifty hashes, so it must be cheaper than
+Philox.
 
-Every lattice point carries a hashed value and a hashed gradient (Peachey's value-gradient noise, in
-Ebert et al. 2003, *Texturing & Modeling*, ch. 2), blended with Perlin's quintic (Perlin 2002,
-"Improving noise"). The hash is output ``iy`` of the SplitMix64 stream seeded by output ``ix`` of
-the stream seeded by the key (Steele, Lea & Flood 2014, "Fast splittable pseudorandom number
-generators"): a point costs some fifty hashes, so it must be cheaper than ``scenes.noise``.
-
-Sums of octaves of noise at points, each octave on a lattice of its own.
-
-At every point octaves shorter than a given wavelength are left out, and those of up to twice that
-wavelength are faded in, so that a sum changes smoothly with the wavelength.
+A sum of noise has octaves, each on a lattice of its own. At every point octaves shorter than a
+given wavelength are left out, and those of up to twice that wavelength are faded in, so that a sum
+changes smoothly with the wavelength.
 """
 
 import hashlib
@@ -216,11 +215,6 @@ def fill_twin_corners(key, ix, iy, cells):  # type: ignore[no-untyped-def]
         column += _GOLDEN
 
 
-_POINTS_PER_THREAD = 8192
-"""Number of points for which another thread is worth its start. Callers that already work on runs
-of so many points get no further threads."""
-
-
 class Octaves(NamedTuple):
     """The k octaves of a sum, longest first, as a frame at one grid corner sees them.
 
@@ -241,10 +235,12 @@ class Octaves(NamedTuple):
 def octaves_at(corner: Corner, key: int, sides: Reals, weights: Reals) -> Octaves:
     """Octaves with lattices of these sides (k,) [m] and weights (k,), for a frame at ``corner``."""
     lattices = [corner.lattice(side) for side in sides.tolist()]
-    key64 = np.uint64(key % 2**64)
-    keys = [
-        lattice_bits(key64, np.int64(lattice_number(side)), np.int64(0)) for side in sides.tolist()
-    ]
+    key64, keys = np.uint64(key % 2**64), []
+    for side in sides.tolist():
+        # The number of a lattice is log₂ of its side if whole, or else the side in STEP_M.
+        exponent = round(math.log2(side))
+        number = exponent if 2.0**exponent == side else round(side / STEP_M)
+        keys.append(lattice_bits(key64, np.int64(number), np.int64(0)))
     return Octaves(
         np.array(keys, np.uint64),
         np.array([lattice[:2] for lattice in lattices], np.int64).reshape(-1, 2),
@@ -252,12 +248,6 @@ def octaves_at(corner: Corner, key: int, sides: Reals, weights: Reals) -> Octave
         np.ascontiguousarray(sides, np.float64),
         np.ascontiguousarray(weights, np.float64),
     )
-
-
-def lattice_number(side: float) -> int:
-    """Number of the lattice of a side [m]: its log₂ if whole, or else the side in STEP_M."""
-    exponent = round(math.log2(side))
-    return exponent if 2.0**exponent == side else round(side / STEP_M)
 
 
 @njit(cache=True)
@@ -436,5 +426,6 @@ def _sum_octaves(
         rows = slice(first, last)
         kernel(octaves, points[rows], least[rows], crest, sums[rows])
 
-    map_chunks(run, len(points), _POINTS_PER_THREAD)
+    # Callers that already work on runs of so many points get no further threads.
+    map_chunks(run, len(points), 8192)
     return sums

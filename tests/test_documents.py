@@ -12,9 +12,12 @@ import pytest
 
 import lodbench
 from bench.cli.main import COMMANDS
-from bench.experiments.registry import EXPERIMENTS
+from bench.experiment import experiments
 from bench.studies.registry import study_descriptions
-from scenes.preset.load import load_preset, preset_names
+from scenes.presets.load import load_preset, preset_names
+
+EXPERIMENTS = experiments()
+
 
 ROOT = Path(__file__).parents[1]
 HOW_TO = sorted((ROOT / "docs").glob("*.md"))

@@ -22,7 +22,7 @@ import numpy as np
 import pytest
 
 from scenes.frame.layers import SKY_Z, Layers
-from scenes.render.files.exr import write_exr
+from scenes.render.exr.layers import write_exr
 
 ROOT = Path(__file__).parents[1]
 PAGES = ["README.md", *sorted(f"docs/{each.name}" for each in (ROOT / "docs").glob("*.md"))]
@@ -210,7 +210,7 @@ def test_the_cells_of_the_notebook_work(tmp_path: Path) -> None:
 
 def test_the_experiment_of_the_page_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Its blocks are a package; `# measure.py` and the like say which file begins there."""
-    from bench.runner.run_experiment import run_experiment
+    from bench.runs import run_experiment
 
     first, others = own_python("docs/add-an-experiment.md")
     package = tmp_path / "tiny_of_the_page"

@@ -1,20 +1,29 @@
-"""Where do results go? With --json stdout carries JSON lines alone, and the rest is on stderr."""
+"""What a command prints: results as words or, with --json, as JSON lines alone on stdout.
 
-import contextlib
-import dataclasses
+Progress is on stderr, as bars that are shown on a terminal only.
+"""
+
 import json
 import os
 import sys
-from collections.abc import Iterable, Iterator, Sequence
-from typing import Any, TextIO
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, TextIO, TypeVar
 
 import click
 import numpy as np
 
-from scenes.processes.standard_streams import carry_failure, lenient_stream, stdout_to_stderr
+from bench.cli.kernel_cache import is_first_run
+from scenes.processes.progress import followed_by
+from scenes.processes.streams import carry_failure, lenient_stream, stdout_to_stderr
+
+if TYPE_CHECKING:
+    from scenes.render.worker import Making
 
 
-@dataclasses.dataclass(frozen=True)
+@dataclass(frozen=True)
 class Output:
     """Results of one command: ``record`` for programs, ``say`` for people, ``note`` for both."""
 
@@ -36,7 +45,7 @@ class Output:
         click.echo(text, err=True)
 
 
-@contextlib.contextmanager
+@contextmanager
 def output(as_json: bool) -> Iterator[Output]:
     """Open the results of one command; under --json even what a library prints goes to stderr."""
     if not as_json:
@@ -57,7 +66,11 @@ def table(rows: Iterable[Sequence[object]], indent: str = "  ") -> str:
         return ""
     widths = [max(len(row[k][0]) for row in cells) for k in range(len(cells[0]))]
     lines = (
-        indent + "  ".join(_pad(cell, width) for cell, width in zip(row, widths, strict=True))
+        indent
+        + "  ".join(
+            text.rjust(width) if is_number else text.ljust(width)
+            for (text, is_number), width in zip(row, widths, strict=True)
+        )
         for row in cells
     )
     return "\n".join(line.rstrip() for line in lines)
@@ -65,18 +78,14 @@ def table(rows: Iterable[Sequence[object]], indent: str = "  ") -> str:
 
 def _cell(value: object) -> tuple[str, bool]:
     """Write one cell: its text, and whether it is a number."""
-    if value is None:
-        return "–", True
-    if isinstance(value, float):
-        return (f"{value:,.0f}" if abs(value) >= 1000 else f"{value:.4g}"), True
-    if isinstance(value, int) and not isinstance(value, bool):
-        return f"{value:,}", True
+    match value:
+        case None:
+            return "–", True
+        case float():
+            return (f"{value:,.0f}" if abs(value) >= 1000 else f"{value:.4g}"), True
+        case int() if not isinstance(value, bool):
+            return f"{value:,}", True
     return str(value), False
-
-
-def _pad(cell: tuple[str, bool], width: int) -> str:
-    text, is_number = cell
-    return text.rjust(width) if is_number else text.ljust(width)
 
 
 def _plain(value: Any) -> Any:
@@ -85,3 +94,156 @@ def _plain(value: Any) -> Any:
     if isinstance(value, os.PathLike):
         return os.fspath(value)
     raise TypeError(f"{type(value).__name__} is no JSON")
+
+
+Progress = Callable[[int, int, str], None]
+"""Called with the number done, the number in all, and a name for what comes next."""
+
+_Item = TypeVar("_Item")
+
+_FRAME_FORMAT = (
+    "{percentage:3.0f} % {bar} {n:.1f}/{total} frames, {elapsed}, {remaining} left{postfix}"
+)
+
+
+_MAKING_FORMAT = "{desc} {n:.0f}/{total} {bar} {elapsed}, {remaining} left"
+
+
+def bars_are_shown() -> bool:
+    """Tell whether someone looks: stderr is a terminal, and the command prints no JSON."""
+    command = click.get_current_context(silent=True)
+    return sys.stderr.isatty() and not (command and command.params.get("as_json"))
+
+
+@contextmanager
+def making_shown() -> Iterator[None]:
+    """Show a bar while something is made inside that is then kept, as fitted appearances are."""
+    bar: Any = None
+
+    def show(what: str, done: float, steps: int) -> None:
+        nonlocal bar
+        if bar is None and done < steps and bars_are_shown():
+            from tqdm import tqdm
+
+            looks = {"bar_format": _MAKING_FORMAT, "leave": False, "smoothing": 0}
+            bar = tqdm(total=steps, initial=done, desc=what, file=sys.stderr, **looks)
+        if bar is not None:
+            bar.n = done
+            bar.refresh()
+            if done >= steps:
+                bar.close()
+                bar = None
+
+    with followed_by(show):
+        yield
+
+
+@contextmanager
+def progress_bar(unit: str) -> Iterator[Progress]:
+    """Open a bar that counts units; it is silent away from a terminal and under --json."""
+    if not bars_are_shown():
+        yield lambda done, total, what: None
+        return
+    from tqdm import tqdm
+
+    with tqdm(unit=unit, leave=False, file=sys.stderr) as bar:
+
+        def show(done: int, total: int, what: str) -> None:
+            bar.total = total
+            if bar.desc == f"{what}: ":
+                bar.update(done - bar.n)
+            else:  # at once: what comes next may take long
+                bar.n = done
+                bar.set_description(what)
+
+        yield show
+
+
+def counted(
+    items: Sequence[_Item], unit: str, name: Callable[[_Item], object] = str
+) -> Iterator[_Item]:
+    """Yield items, while a bar shows how many are done, the time left, and which comes next."""
+    with progress_bar(unit) as show:
+        for done, each in enumerate(items):
+            show(done, len(items), str(name(each)))
+            yield each
+
+
+def tell_first_run() -> None:
+    """Say on a terminal why this command is slow to begin, where nothing is compiled yet."""
+    if bars_are_shown() and is_first_run():
+        what = (
+            "the first run compiles kernels and grows models, which takes a minute; both are kept"
+        )
+        print(f"lodbench: {what}", file=sys.stderr, flush=True)
+
+
+class FrameProgress:
+    """A bar over the frames of a sequence that also moves within a frame."""
+
+    def __init__(self, bar: Any) -> None:
+        self._bar, self._done = bar, 0
+        self._making: tuple[str, float, float] = "", 0.0, 0.0
+
+    def clear(self) -> None:
+        """Clear the bar, so that a line can be printed in its place."""
+        self._bar.clear()
+
+    def finish_frame(self, record: dict[str, Any]) -> None:
+        """Count one frame more; a kept one says nothing about the time that the others take."""
+        self._done += 1
+        if record.get("kept") and not self._bar.disable:
+            self._bar.initial += 1
+        self._move(self._done)
+
+    def show_samples(
+        self, process: int, traced: int, total: int, making: "Making | None" = None
+    ) -> None:
+        """Show how many samples of its frame a process has traced, and the memory it holds.
+
+        ``total`` is 0 while the frame is prepared; ``making`` is what is made for it then.
+        """
+        if self._bar.disable:
+            return
+        import psutil
+
+        share = traced / total if total else 0.0
+        doing = f"{share:.0%} of {total / 1e6:.1f} M samples" if total else "preparing"
+        words = [self._making_text(*making) if making else doing]
+        with suppress(psutil.Error):
+            words.append(f"{psutil.Process(process).memory_info().rss / 1e9:.2f} GB")
+        self._bar.set_postfix_str(", ".join(words), refresh=False)
+        self._move(self._done + share)
+
+    def _making_text(self, what: str, done: float, steps: int) -> str:
+        """Write how far something is, and how long it still takes once that is known."""
+        now = time.monotonic()
+        if self._making[0] != what:
+            self._making = what, done, now
+        _, first, began = self._making
+        text = f"{what} {done:.0f}/{steps}"
+        if done == first:
+            return text
+        left = (now - began) * (steps - done) / (done - first)
+        return f"{text}, {duration_text(left)} left"
+
+    def _move(self, frames: float) -> None:
+        if not self._bar.disable:
+            self._bar.n = frames
+            self._bar.refresh()
+
+
+@contextmanager
+def frame_progress(frames: int) -> Iterator[FrameProgress]:
+    """Open a bar for so many frames; it is silent away from a terminal and under --json."""
+    from tqdm import tqdm
+
+    shown = bars_are_shown()
+    looks = {"leave": False, "smoothing": 0, "bar_format": _FRAME_FORMAT}
+    with tqdm(total=frames, disable=not shown, file=sys.stderr, **looks) as bar:
+        yield FrameProgress(bar)
+
+
+def duration_text(seconds: float) -> str:
+    """Write a duration as ``40 s`` or ``12 min``."""
+    return f"{seconds:.0f} s" if seconds < 90 else f"{seconds / 60:.0f} min"

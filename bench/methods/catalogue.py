@@ -17,12 +17,10 @@ from lod.metric import METRICS, Metric, full
 from lod.view import View, in_view
 from scenes.field.cells import candidates
 from scenes.field.species_field import SpeciesField
-from scenes.frame.assemble import assemble_frame
-from scenes.frame.displayed import DisplayedRepresentation, display
-from scenes.frame.frame_input import FrameInput
-from scenes.plugins.entry_points import installed, load_entry
-from scenes.preset.tables import Preset
-from scenes.world.view import camera_between
+from scenes.frame.frame_input import DisplayedRepresentation, FrameInput, display
+from scenes.plugins import installed, load_entry
+from scenes.presets.schema import Preset
+from scenes.scene import assemble_frame, camera_between
 from scenes.world.world import World
 
 DISTANCES_M = (800.0, 400.0, 200.0, 100.0, 50.0)

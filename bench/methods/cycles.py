@@ -11,17 +11,15 @@ from typing import Any
 
 import numpy as np
 
-from bench.experiments.fidelity.image_errors import EPSILON
+from bench.images.compare import EPSILON, mean_flip
 from bench.methods.catalogue import OURS
 from bench.methods.environments import CYCLES, answer_of
 from bench.methods.runner import Runner, Window, prepared_runner
-from bench.records.points import Column, Point
-from bench.statistics.excess_flip import mean_flip
-from scenes.render.description.describe import describe_frame
-from scenes.render.description.scene_description import Description
-from scenes.render.mitsuba import variants
-from scenes.render.pictures.tone_map import auto_exposure, to_srgb
-from scenes.render.pipeline.stages import build_frame
+from bench.records.records import Column, Point
+from scenes.render import variants
+from scenes.render.description import Description, describe_frame
+from scenes.render.pictures import auto_exposure, to_srgb
+from scenes.render.render import build_frame
 from scenes.world.world import build_world
 
 SKY_ROWS = 256
@@ -77,8 +75,7 @@ def chains(curve: Description) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 def light_arrays(light: Description, variant: str) -> dict[str, np.ndarray]:
     """Return the sun's irradiance and direction, and the sky's radiance from all directions."""
     variants.use(variant)
-    from scenes.render.haze.horizon_airlight import HORIZON_DEG, sky_radiance
-    from scenes.render.mitsuba.emitters import sun_irradiance
+    from scenes.render.light import HORIZON_DEG, sky_radiance, sun_irradiance
 
     elevation = np.pi * (0.5 - (np.arange(SKY_ROWS) + 0.5) / SKY_ROWS)
     turn = 2 * np.pi * (0.5 - (np.arange(2 * SKY_ROWS) + 0.5) / (2 * SKY_ROWS))

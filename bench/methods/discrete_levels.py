@@ -18,8 +18,8 @@ from lod.pruner import Cut, Parts, cut_from_parts, prune
 from lod.view import View, distance
 from scenes.field.cells import CellSamples
 from scenes.field.species_field import SpeciesField
-from scenes.frame.displayed import DisplayedRepresentation, display
-from scenes.preset.tables import Preset
+from scenes.frame.frame_input import DisplayedRepresentation, display
+from scenes.presets.schema import Preset
 from scenes.world.world import World
 
 OMITTED = (0.0, 1 / 32, 1 / 8, 1 / 2, 1.0)

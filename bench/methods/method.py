@@ -6,11 +6,9 @@ from dataclasses import dataclass, replace
 from lod.pruner import prune
 from lod.view import View
 from scenes.field.species_field import SpeciesField
-from scenes.frame.assemble import assemble_frame
-from scenes.frame.displayed import DisplayedRepresentation, display
-from scenes.frame.frame_input import FrameInput
-from scenes.preset.tables import Preset
-from scenes.world.view import view_at
+from scenes.frame.frame_input import DisplayedRepresentation, FrameInput, display
+from scenes.presets.schema import Preset
+from scenes.scene import assemble_frame, view_at
 from scenes.world.world import World
 
 DETAILS_PX = (0.5, 1.0, 2.0, 4.0, 8.0)

@@ -4,16 +4,15 @@ import time
 import weakref
 from dataclasses import dataclass, field, replace
 
-from bench.fields.windows import Picture, window_preset
 from bench.methods.catalogue import arms
 from bench.methods.comparison import STAGES
 from bench.methods.method import Arm, Updater
-from bench.records.points import Column, Point, columns
+from bench.records.records import Column, Point, columns
+from bench.windows import Picture, window_preset
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.layers import Layers
-from scenes.preset.tables import Preset
-from scenes.render.pipeline.render import render_frame
-from scenes.render.pipeline.stages import BuiltFrame, build_frame, move_camera, trace
+from scenes.presets.schema import Preset
+from scenes.render.render import BuiltFrame, build_frame, move_camera, render_frame, trace
 from scenes.world.world import World, build_world
 
 _BARE = "species.sward.density=0"

@@ -25,8 +25,8 @@ from scenes.field.emission import emit
 from scenes.field.part_tables import DisplayedSticks
 from scenes.field.prototypes import SpeciesPrototypes
 from scenes.field.species_field import SpeciesField
-from scenes.frame.displayed import DisplayedRepresentation
-from scenes.preset.tables import Preset
+from scenes.frame.frame_input import DisplayedRepresentation
+from scenes.presets.schema import Preset
 from scenes.rig.pose import Instances
 from scenes.world.world import World
 

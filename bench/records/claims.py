@@ -1,132 +1,243 @@
-"""What was claimed, what was measured, and what is the verdict? The only file that judges."""
+"""A claim as data: what is estimated, what is claimed of it, and the interval that decides.
+
+One template makes a claim's sentence, its name and its row of a table; this is the only file that
+judges. A claim holds where its whole 95 % interval lies within what is claimed, it is refuted where
+the whole interval lies outside, and otherwise it is inconclusive.
+"""
 
 import math
-from dataclasses import asdict, dataclass, replace
+import re
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
-from bench.plots.numbers import four_decimals, plain_number
 from bench.statistics.estimates import Estimate
 from lod.errors import InputError
 
-Verdict = Literal["holds", "refuted", "fails as expected", "undecided"]
-Relation = Literal["equals", "at most"]
+Relation = Literal["≤", "≥", "within", "="]
 Kind = Literal["measurement", "verification"]
-"""A verification follows from how the program and its world are made: only a bug or a wrong
+"""A verification follows from how the program and its scenes are made: only a bug or a wrong
 assumption of the prediction could refute it. A measurement could have come out otherwise."""
+
+Verdict = Literal["holds", "refuted", "inconclusive", "expected violation"]
+JSON_VERDICT: Mapping[Verdict, str] = {
+    "holds": "holds",
+    "refuted": "refuted",
+    "inconclusive": "undecided",
+    "expected violation": "refuted",
+}
+"""What programs read as the verdict; ``expected_violation`` stands beside it."""
+
+EXACT = "exact"
+"""The unit of replication of a number that is counted or calculated, and so has no error."""
+
+UNREPLICATED = "unreplicated"
+"""The unit of replication of a single value, whose interval has no width though it has an error."""
+
+
+@dataclass(frozen=True)
+class Bound:
+    """What a claim says of its estimand: a relation to a value, within a margin."""
+
+    relation: Relation
+    value: float
+    margin: float = 0.0
+
+    @property
+    def range(self) -> tuple[float, float]:
+        """The least and the greatest number that agree with the claim."""
+        if self.relation == "≤":
+            return -math.inf, self.value
+        if self.relation == "≥":
+            return self.value, math.inf
+        return self.value - self.margin, self.value + self.margin
+
+    def __str__(self) -> str:
+        """Write the relation and the value: ``≤ 0.01``, ``within 1 ± 0.02``, ``= 0``."""
+        number = plain_number(self.value)
+        return f"within {number} ± {self.margin:g}" if self.margin else f"{self.relation} {number}"
+
+
+def at_most(value: float) -> Bound:
+    """Claim that the estimand is at most a value."""
+    return Bound("≤", value)
+
+
+def at_least(value: float) -> Bound:
+    """Claim that the estimand is at least a value."""
+    return Bound("≥", value)
+
+
+def within(value: float, margin: float) -> Bound:
+    """Claim that the estimand is equivalent to a value: not further from it than the margin."""
+    return Bound("within", value, margin)
+
+
+def equals(value: float) -> Bound:
+    """Claim that a number that is counted or calculated is exactly a value."""
+    return Bound("=", value)
 
 
 @dataclass(frozen=True)
 class Claim:
-    """One claim, and the measurement that decides it.
+    """One claim and the estimate that decides it; every text about it is made from these fields.
 
-    name       short and unique within its experiment: ``blake/objects/slope_K``
-    about      the claim in plain words
-    quantity   what the numbers are: an exponent against something, a ratio
-    source     where it comes from: a section of Blake (1987) as ``§2.4``, or another text
-    predicted, tolerance   the number that is claimed, and how far from it a number still agrees
-    relation   ``equals``: predicted ± tolerance; ``at most``: not above predicted + tolerance
-    measured, low, high    the estimate and its 95 % interval, or its one-sided 95 % bounds
-    expected_to_fail   whether the theory says that it fails here, so that failing refutes nothing
-    kind       whether it verifies the program or measures something
+    estimand     what is estimated, in the terms of the field: ``luminance ratio``
+    relation, value, margin   what is claimed of it
+    condition    where: names and values, as ``{"preset": "meadow", "τ": "1 px"}``
+    unit         the unit of replication: field, place, walk, frame, repeat, pose …; ``exact`` where
+                 a number has no error, ``unreplicated`` where its error is not known
+    source       where the claim comes from: a section of Blake (1987) as ``§2.4``, or another text
+    measured, low, high   the estimate and its 95 % interval
+    violation_expected   whether the theory says that it fails here, so that failing refutes nothing
+    headline     whether the report's first screen shows it
 
-    Raises InputError for numbers that are not finite, unless low ≤ measured ≤ high, for a
-    tolerance below 0 and for another relation.
+    Raises InputError unless all numbers are finite, low ≤ measured ≤ high and margin ≥ 0, and for
+    an interval of no width that is neither exact nor said to be unreplicated.
     """
 
-    name: str
-    about: str
-    quantity: str
+    estimand: str
+    relation: Relation
+    value: float
+    margin: float
+    condition: dict[str, str | int | float]
+    unit: str
     source: str
-    predicted: float
-    tolerance: float
     measured: float
     low: float
     high: float
-    relation: Relation = "equals"
-    expected_to_fail: bool = False
     kind: Kind = "measurement"
+    violation_expected: bool = False
+    headline: bool = False
 
     def __post_init__(self) -> None:
-        numbers = (self.predicted, self.tolerance, self.measured, self.low, self.high)
+        numbers = (self.value, self.margin, self.measured, self.low, self.high)
         if not all(math.isfinite(v) for v in numbers):
             raise InputError(f"claim {self.name}", numbers, "every number is finite")
-        if not (self.low <= self.measured <= self.high and self.tolerance >= 0):
-            raise InputError(
-                f"claim {self.name}", numbers, "low <= measured <= high, tolerance >= 0"
-            )
-        if self.relation not in ("equals", "at most"):
-            raise InputError(f"claim {self.name}", self.relation, "'equals' or 'at most'")
+        if not (self.low <= self.measured <= self.high and self.margin >= 0):
+            raise InputError(f"claim {self.name}", numbers, "low <= measured <= high, margin >= 0")
+        if self.low == self.high and self.unit not in (EXACT, UNREPLICATED):
+            rule = f"an interval with a width, or the unit {EXACT} or {UNREPLICATED}"
+            raise InputError(f"claim {self.name}", self.measured, rule)
+
+    @property
+    def bound(self) -> Bound:
+        """What is claimed."""
+        return Bound(self.relation, self.value, self.margin)
+
+    @property
+    def name(self) -> str:
+        """A name that is unique within the experiment, in letters, digits and a few marks."""
+        return "/".join(_slug(each) for each in (self.estimand, *self.condition.values()))
+
+    @property
+    def where(self) -> str:
+        """The condition in words: texts as they are, numbers and symbols with their names."""
+        return ", ".join(
+            value if isinstance(value, str) and len(key) > 2 else f"{key} = {_number(value)}"
+            for key, value in self.condition.items()
+        )
+
+    @property
+    def sentence(self) -> str:
+        """The claim as a sentence: ``FLIP to unpruned ≤ 0.01 (blake, τ = 1 px).``"""
+        where = f" ({self.where})" if self.condition else ""
+        return f"{self.estimand[:1].upper()}{self.estimand[1:]} {self.bound}{where}."
 
     @property
     def verdict(self) -> Verdict:
-        """The verdict by the interval.
-
-        The claim holds where the whole interval lies within what was claimed. It is refuted, or
-        fails as expected, where the whole interval lies outside. Otherwise it is undecided.
-        """
-        lowest = self.predicted - self.tolerance if self.relation == "equals" else -math.inf
-        highest = self.predicted + self.tolerance
+        """The verdict by the interval."""
+        lowest, highest = self.bound.range
         if lowest <= self.low and self.high <= highest:
             return "holds"
         if self.high < lowest or self.low > highest:
-            return "fails as expected" if self.expected_to_fail else "refuted"
-        return "undecided"
+            return "expected violation" if self.violation_expected else "refuted"
+        return "inconclusive"
 
     @property
-    def claimed_text(self) -> str:
-        """The number that was claimed, with its tolerance, as text."""
-        if self.relation == "at most":
-            return f"at most {plain_number(self.predicted + self.tolerance)}"
-        return f"{plain_number(self.predicted)} ± {self.tolerance:g}"
+    def verdict_text(self) -> str:
+        """The verdict in words; where a claim of equivalence holds, with its margin."""
+        if self.verdict == "holds" and self.relation == "within":
+            return f"equivalent within ±{self.margin:g}"
+        return self.verdict
 
     @property
     def measured_text(self) -> str:
-        """The number that was measured, with its interval, as text."""
+        """The estimate with its interval, or the word for why it has none."""
         value, low, high = (four_decimals(v) for v in (self.measured, self.low, self.high))
-        return f"{value} ({low} to {high})"
+        return f"{value} ({self.unit})" if self.low == self.high else f"{value} ({low} to {high})"
 
     def as_json(self) -> dict[str, Any]:
-        """Return plain data with the verdict; what a claim is by default is left out."""
-        data = asdict(self) | {"verdict": self.verdict}
-        return {k: v for k, v in data.items() if k not in _DEFAULTS or v != _DEFAULTS[k]}
-
-
-_DEFAULTS = {"expected_to_fail": False, "kind": "measurement"}
-"""What records of before a key was known say by its absence."""
+        """Return plain data with the name, the sentence and the verdict."""
+        return {
+            "name": self.name,
+            "sentence": self.sentence,
+            **asdict(self),
+            "predicted": self.value,
+            "verdict": JSON_VERDICT[self.verdict],
+        }
 
 
 def claim(
-    name: str,
-    words: tuple[str, str, str],
-    predicted: float,
-    tolerance: float,
-    measured: Estimate,
-    relation: Relation = "equals",
-    expected_to_fail: bool = False,
+    estimand: str,
+    bound: Bound,
+    condition: Mapping[str, str | int | float],
+    estimate: Estimate,
+    *,
+    unit: str,
+    source: str,
+    kind: Kind = "measurement",
+    violation_expected: bool = False,
+    headline: bool = False,
 ) -> Claim:
-    """Make the claim that an estimate is ``predicted`` ± ``tolerance``, or at most their sum.
+    """Make a claim, as ``claim("parts ÷ predicted", within(1, 0.005), {…}, found, unit="field")``.
 
-    It is a measurement; ``verification`` turns it into the other kind.
-
-
-    name               short and unique within its experiment: ``blake/objects/slope_K``
-    words              (about, quantity, source): the claim as a sentence; what the numbers are; and
-                       where the claim comes from, a section of Blake (1987) or another text
-    measured           the estimate; the whole of its interval decides the verdict
-    relation           ``equals`` or ``at most``
-    expected_to_fail   whether the theory says that the claim fails here
-
-    Raises InputError for numbers that are not finite and for a tolerance below 0.
+    Arguments are those of ``Claim``; the whole of the estimate's interval decides the verdict.
     """
-    interval = measured.value, measured.low, measured.high
-    return Claim(name, *words, predicted, tolerance, *interval, relation, expected_to_fail)
+    return Claim(
+        estimand,
+        bound.relation,
+        bound.value,
+        bound.margin,
+        dict(condition),
+        unit,
+        source,
+        estimate.value,
+        estimate.low,
+        estimate.high,
+        kind,
+        violation_expected,
+        headline,
+    )
 
 
-def verification(made: Claim) -> Claim:
-    """Return the claim as a verification."""
-    return replace(made, kind="verification")
+_NOT_FIELDS = {"name", "sentence", "predicted", "verdict"}
 
 
-def claim_from(data: dict[str, Any]) -> Claim:
+def claim_from(data: Mapping[str, Any]) -> Claim:
     """Read a claim back from plain data; its verdict is worked out again and never read."""
-    return Claim(**{key: value for key, value in data.items() if key != "verdict"})
+    return Claim(**{key: value for key, value in data.items() if key not in _NOT_FIELDS})
+
+
+def four_decimals(value: float) -> str:
+    """Write a number with four decimals, a true minus sign, and no sign before zero."""
+    return f"{round(value, 4) + 0.0:.4f}".replace("-", "−")
+
+
+def plain_number(value: float) -> str:
+    """Write a number with as many digits as it needs, six at most, and a true minus sign."""
+    return f"{value:g}".replace("-", "−")
+
+
+def _number(value: str | int | float) -> str:
+    return value if isinstance(value, str) else plain_number(value)
+
+
+_ASCII = {"÷": " over ", "τ": "tau", "σ": "sigma", "β": "beta", "≤": "le", "≥": "ge", "½": "half"}
+
+
+def _slug(value: str | int | float) -> str:
+    text = _number(value).replace("−", "-").lower()
+    for mark, word in _ASCII.items():
+        text = text.replace(mark, word)
+    return re.sub(r"[^a-z0-9.+-]+", "_", text.replace("–", "-")).strip("_") or "0"

@@ -15,16 +15,16 @@ from typing import Any
 
 import numpy as np
 
-from scenes.frame.assemble import assemble_frame
-from scenes.preset.load import load_preset
-from scenes.render.description.describe import describe_frame
-from scenes.render.mitsuba.variants import choose
-from scenes.render.pictures.tone_map import auto_exposure, to_srgb
-from scenes.render.pipeline.render import render_frame
-from scenes.world.world import build_world
+from scenes.presets.load import load_preset
+from scenes.render.description import describe_frame
+from scenes.render.pictures import auto_exposure, to_srgb
+from scenes.render.render import render_frame
+from scenes.render.variants import choose
+from scenes.scene import Scene
 
-NOTE, SOURCES = "probe", "sources"
-"""The notes of a record that hold its probe, and the digest of the sources that made it."""
+NOTE, SOURCES, CASES = "probe", "sources", "cases"
+"""The notes of a record that hold its probe, the digest of the sources that made it, and of each
+case what measured it and how long that took."""
 
 SIZE = 64, 36
 SAME = 0.05
@@ -39,7 +39,7 @@ def take_probe(preset_name: str) -> dict[str, Any]:
     """Make the probe of a preset with the sources that are here, as plain data."""
     words = (f"render.size={SIZE[0]}x{SIZE[1]}", "render.spp=4")
     preset = load_preset(preset_name, words)
-    made = assemble_frame(build_world(preset), preset, 1, choose())
+    made = Scene(preset).input(1, choose())
     layers = render_frame(made)
     digest = hashlib.sha256()
     _hash(describe_frame(made), digest)

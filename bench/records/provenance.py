@@ -7,14 +7,20 @@ import platform
 import subprocess
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import psutil
 
-from scenes.plugins.entry_points import packages
+from scenes.plugins import packages
 
-_PACKAGES = ("lodbench", "numpy", "scipy", "numba", "statsmodels", "mitsuba", "drjit")
+_PACKAGES = (
+    *("lodbench", "numpy", "scipy", "numba", "statsmodels", "mitsuba", "drjit", "OpenEXR"),
+    *("karellen-llvm-core", "colour-science", "flip-evaluator", "scikit-image"),
+)
 _ROOT = Path(__file__).resolve().parents[2]
 
 
@@ -59,6 +65,17 @@ def provenance(scene: str, seed: int, threads: int = 1, variant: str | None = No
     )
 
 
+def machine() -> dict[str, Any]:
+    """Say what measures one case here and now: commit, processor, cores, memory and load."""
+    return {
+        "commit": _commit(_ROOT),
+        "cpu": cpu_name(),
+        "cores": os.cpu_count() or 1,
+        "memory_bytes": psutil.virtual_memory().total,
+        "load": round(psutil.getloadavg()[0], 2),
+    }
+
+
 def scene_digest(words: object, arrays: Iterable[np.ndarray] = ()) -> str:
     """Return the SHA-256 of plain data, as JSON with sorted keys, and of the bytes of arrays.
 
@@ -93,6 +110,7 @@ def _versions() -> dict[str, str]:
     return {name: each for name, each in found.items() if each is not None} | packages()
 
 
+@cache
 def _commit(root: Path) -> str | None:
     """Return the commit of a checkout; an installed copy in someone else's checkout has none."""
     if not (root / ".git").exists():

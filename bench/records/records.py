@@ -1,29 +1,177 @@
-"""What is a record? What one run of an experiment measured: raw, immutable, with its provenance.
+"""What did one case give? Named columns of raw numbers, beside what was predicted for them.
+
+A column is named by its quantity and by further keys, as ``parts`` with ``air`` hazy and ``size``
+over 3 m: claims, tables and plots pick and group columns by these names, and no text is parsed.
+
+What is a record? What one run of an experiment measured: raw, immutable, with its provenance.
 
 The file is JSON, ``experiment-<first 16 of the SHA-256>.json``. The SHA-256 is that of the content
 as canonical JSON (sorted keys, no blanks), stands in the file, and is checked on every reading.
+
+Pictures that a record holds, so that the report can lay them over each other.
+
+A record names them under ``notes["pictures"]``: small WebP files as base64 text, inside the record
+and so under its hash.
 """
 
+import base64
 import hashlib
+import io
 import json
 import os
 import re
 import tempfile
-from dataclasses import asdict, dataclass, fields
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass, field, fields
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from PIL import Image
+
 from bench.records.claims import Claim, claim_from
-from bench.records.points import Point, point_from_json, point_json
 from bench.records.provenance import Provenance
+from lod.arrays import Reals
 from lod.errors import InputError
 
+Key = str | int | float | bool
+"""The value of a named key of a column."""
+
+
+@dataclass(frozen=True)
+class Column:
+    """Raw numbers of one quantity: one for each field, frame, part or repeat that was measured."""
+
+    quantity: str
+    values: list[int]
+    keys: dict[str, Key] = field(default_factory=dict)
+
+    @property
+    def name(self) -> tuple[str, dict[str, Key]]:
+        """The quantity and the further keys, which a prediction of it has, too."""
+        return self.quantity, self.keys
+
+    @property
+    def label(self) -> str:
+        """The name in words: ``parts, air hazy, size 3``."""
+        return ", ".join((self.quantity, *(f"{key} {value}" for key, value in self.keys.items())))
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """What the law gives for the mean of a quantity, named as the column that it predicts."""
+
+    quantity: str
+    value: float
+    keys: dict[str, Key] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Point:
+    """One case, what was predicted for it, and its columns of samples.
+
+    ``scene`` is a digest of what was looked at, where the case alone does not say it.
+    """
+
+    case: dict[str, Any]
+    predicted: tuple[Prediction, ...] = ()
+    samples: tuple[Column, ...] = ()
+    scene: str = ""
+
+    def column(self, quantity: str, **keys: Key) -> list[int]:
+        """Give the numbers of the column with exactly this name.
+
+        Raises InputError where there is none.
+        """
+        for each in self.samples:
+            if each.quantity == quantity and each.keys == keys:
+                return each.values
+        raise _missing(self, quantity, keys)
+
+    def values(self, quantity: str, **keys: Key) -> Reals:
+        """Give a column as float64, (n,). Raises InputError where there is none."""
+        return np.array(self.column(quantity, **keys), np.float64)
+
+    def prediction(self, quantity: str, **keys: Key) -> float:
+        """Give what was predicted under exactly this name. Raises InputError where nothing was."""
+        for each in self.predicted:
+            if each.quantity == quantity and each.keys == keys:
+                return each.value
+        raise _missing(self, quantity, keys)
+
+
+def columns(samples: Mapping[str, list[int]], **keys: Key) -> tuple[Column, ...]:
+    """Make one column of each quantity; all of them have these keys."""
+    return tuple(Column(quantity, values, dict(keys)) for quantity, values in samples.items())
+
+
+def predictions(means: Mapping[str, float], **keys: Key) -> tuple[Prediction, ...]:
+    """Make one prediction of each quantity; all of them have these keys."""
+    return tuple(Prediction(quantity, float(v), dict(keys)) for quantity, v in means.items())
+
+
+def where(points: Iterable[Point], **case: Any) -> list[Point]:
+    """Give the points whose case has all these values, in their order."""
+    return [p for p in points if all(p.case.get(k) == v for k, v in case.items())]
+
+
+def grouped(points: Iterable[Point], *names: str) -> dict[tuple[Any, ...], list[Point]]:
+    """Group points by the values that their cases have under these names, in their order."""
+    groups: dict[tuple[Any, ...], list[Point]] = {}
+    for point in points:
+        groups.setdefault(tuple(point.case.get(name) for name in names), []).append(point)
+    return groups
+
+
+def merge_points(points: Iterable[Point]) -> tuple[Point, ...]:
+    """Merge points of one case: equally named columns one after the other, first predictions kept.
+
+    Cases and columns keep the order in which they first come.
+    """
+    merged: dict[str, tuple[Point, dict[str, Column]]] = {}
+    for point in points:
+        _, found = merged.setdefault(repr(point.case), (point, {}))
+        for each in point.samples:
+            name = repr((each.quantity, each.keys))
+            before = found[name].values if name in found else []
+            found[name] = Column(each.quantity, [*before, *each.values], each.keys)
+    return tuple(
+        Point(first.case, first.predicted, tuple(found.values()), first.scene)
+        for first, found in merged.values()
+    )
+
+
+def point_json(point: Point) -> dict[str, Any]:
+    """Give a point as plain data that shares its lists of numbers: they are large."""
+    return {
+        "case": point.case,
+        "predicted": [vars(each) for each in point.predicted],
+        "samples": [vars(each) for each in point.samples],
+        "scene": point.scene,
+    }
+
+
+def point_from_json(data: Mapping[str, Any]) -> Point:
+    """Read a point back from plain data."""
+    return Point(
+        data["case"],
+        tuple(Prediction(**each) for each in data["predicted"]),
+        tuple(Column(**each) for each in data["samples"]),
+        data["scene"],
+    )
+
+
+def _missing(point: Point, quantity: str, keys: Mapping[str, Key]) -> InputError:
+    names = sorted({each.quantity for each in point.samples})
+    return InputError("column", (quantity, dict(keys)), f"one of the point's: {', '.join(names)}")
+
+
 FORMAT = "lodbench-record"
-FORMAT_VERSION = 3
+FORMAT_VERSION = 4
 """The version of the file's format; files of other versions are refused.
 
-In version 3 samples and predictions are columns that are named by quantity and keys.
+In version 4 claims are data: estimand, relation, margin, condition and unit of replication.
 """
 
 _IN_NAME = 16
@@ -164,3 +312,49 @@ def _replace(path: Path, text: str) -> None:
     except BaseException:
         os.unlink(temporary)
         raise
+
+
+NOTE = "pictures"
+
+
+@dataclass(frozen=True)
+class Pictures:
+    """Pictures of one view and one size; ``layers`` are their names and WebP files in base64."""
+
+    name: str
+    title: str
+    caption: str
+    alt: str
+    layers: tuple[tuple[str, str], ...]
+
+
+def pictures(
+    name: str, words: tuple[str, str, str], layers: Mapping[str, np.ndarray], quality: int = 80
+) -> dict[str, Any]:
+    """Return pictures as a record's notes hold them.
+
+    words   title, caption and text alternative
+    layers  display pictures by name, (h, w, 3) uint8, all of one size
+
+    Raises InputError for fewer than two pictures, other sizes and other types.
+    """
+    shapes = {picture.shape for picture in layers.values()}
+    if len(layers) < 2 or len(shapes) != 1 or any(p.dtype != np.uint8 for p in layers.values()):
+        raise InputError(f"pictures {name}", sorted(shapes), "two or more of one size, uint8")
+    title, caption, alt = words
+    coded = [[label, _webp(picture, quality)] for label, picture in layers.items()]
+    return {"name": name, "title": title, "caption": caption, "alt": alt, "layers": coded}
+
+
+def pictures_of(record: Record) -> tuple[Pictures, ...]:
+    """Return the pictures that a record holds, in their order."""
+    return tuple(
+        Pictures(**{**each, "layers": tuple((label, data) for label, data in each["layers"])})
+        for each in record.notes.get(NOTE, ())
+    )
+
+
+def _webp(picture: np.ndarray, quality: int) -> str:
+    stream = io.BytesIO()
+    Image.fromarray(picture).save(stream, "WEBP", quality=quality)
+    return base64.b64encode(stream.getvalue()).decode()

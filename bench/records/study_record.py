@@ -11,7 +11,7 @@ from typing import Any
 
 from bench.records.provenance import provenance, scene_digest
 from lod.errors import InputError
-from scenes.render.files.whole_file import whole_file
+from scenes.files import whole_file
 
 
 @dataclass(frozen=True)

@@ -7,11 +7,12 @@ A section is one record; its blocks are what a reader meets, one after the other
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
+from bench.experiment import Table
 from bench.plots.plot import Plot
 from bench.records.claims import Claim, Kind
-from bench.records.embedded_pictures import NOTE, Pictures
+from bench.records.probe import CASES
 from bench.records.probe import NOTE as PROBE
-from bench.records.records import Record
+from bench.records.records import NOTE, Pictures, Record
 from bench.report.words import (
     CLAIM_HEADS,
     GLOSSARY,
@@ -19,7 +20,6 @@ from bench.report.words import (
     summarise_verdicts,
     verified,
 )
-from bench.runner.experiment import Table
 
 TITLE = "lodbench: what was claimed, and what was measured"
 
@@ -86,7 +86,7 @@ class Section:
     """One record with everything that is worked out from it.
 
     claims      judged from the record's samples when the report is written
-    point_table, summary   heads and rows: every point, and the record in a few rows
+    point_table heads and rows of every point
     tables      titled tables that follow the plots
     caveats     what the record does not say
     stale       a sentence that says that the record is of older code; empty where it is not
@@ -99,7 +99,6 @@ class Section:
     point_table: Table
     caveats: tuple[str, ...] = ()
     pictures: tuple[Pictures, ...] = ()
-    summary: Table = ((), [])
     tables: tuple[tuple[str, Table], ...] = ()
     stale: str = ""
 
@@ -126,8 +125,7 @@ class Section:
     @property
     def origin(self) -> OriginBlock:
         """Provenance of the record, and the command that makes its samples again."""
-        quick = " --quick" if self.record.quick else ""
-        command = f"lodbench run {self.record.experiment}{quick} -o DIR && lodbench report DIR"
+        command = f"{run_command(self.record)} -o DIR && lodbench report DIR"
         return OriginBlock(("what", "value"), _provenance_rows(self.record), command)
 
     def of_kind(self, kind: Kind) -> list[Claim]:
@@ -136,8 +134,6 @@ class Section:
 
     def blocks(self) -> Iterator[Block]:
         """Give the blocks of the section in reading order; empty tables are left out."""
-        if self.summary[1]:
-            yield TableBlock("In short", *self.summary)
         measured = group_claims(self.of_kind("measurement"))
         groups = [ClaimsBlock(title, CLAIM_HEADS, c) for title, c in measured]
         yield from groups[:1]
@@ -168,6 +164,13 @@ class Document:
         return verified(checks)
 
 
+def run_command(record: Record) -> str:
+    """Write the command that measures a record's topics again."""
+    topics = dict.fromkeys(str(p.case.get("topic", record.experiment)) for p in record.points)
+    quick = " --quick" if record.quick else ""
+    return f"lodbench run {' '.join(topics) or record.experiment}{quick}"
+
+
 def _provenance_rows(record: Record) -> list[tuple[str, str]]:
     origin = record.provenance
     versions = ", ".join(f"{name} {version}" for name, version in sorted(origin.packages.items()))
@@ -190,7 +193,7 @@ def _provenance_rows(record: Record) -> list[tuple[str, str]]:
     return rows + [(key.replace("_", " "), _note_text(value)) for key, value in notes]
 
 
-_UNSAID = (NOTE, PROBE)
+_UNSAID = (NOTE, PROBE, CASES)
 """Notes that are no text."""
 
 

@@ -4,21 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from bench.records.claims import Claim
-from bench.report.document import Section
-
-CHOSEN = (
-    ("world", "full/over_pruned"),
-    ("fidelity", "blake/eye_level/error_everything"),
-    ("fidelity", "blake/aerial/error_everything"),
-    ("fidelity_shipped", "meadow/everything/error"),
-    ("cost", "prune_share"),
-    ("rivals", "crowd/100000/time"),
-    ("rivals", "forest/10000/memory"),
-    ("colonnade", "blake/column/error_eye"),
-    ("figure", "blake/person/exponent_visible"),
-    ("figure", "blake/person/exponent"),
-)
-"""The experiments and measured claims that the first screen shows, ten at most."""
+from bench.report.document import Section, run_command
 
 MEASURED, LIMITS = "What was measured", "What this is not"
 """The headings of the first screen."""
@@ -27,9 +13,9 @@ WHAT_THIS_IS_NOT = (
     "Trees, people, animals and ground are the program's own models: other people's may fare "
     "better or worse.",
     "Light is one sun under a clear sky, at a few elevations; nothing indoors and no lamps.",
-    "Nobody has looked: that a picture is as good as the whole one is judged by FLIP, a model of "
-    "a viewer, and by luminance.",
-    "Times are of the machine that the record names, and compare ways within one run.",
+    "No observer has judged a picture: differences are measured by FLIP, a model of a viewer, and "
+    "by luminance and coverage.",
+    "Times are of the machine that the record names, and compare methods within one run.",
 )
 
 _WIDTH, _HEIGHT, _PAD = 120.0, 16.0, 4.0
@@ -45,7 +31,7 @@ class Headline:
     @property
     def command(self) -> str:
         """The command that measures it again."""
-        return f"lodbench run {self.section.record.experiment}"
+        return run_command(self.section.record)
 
     @property
     def strip(self) -> "Strip":
@@ -54,17 +40,17 @@ class Headline:
 
 
 def headlines(sections: Sequence[Section]) -> list[Headline]:
-    """Give the chosen claims, each from its experiment's newest record; what is not there is not.
+    """Give the claims that say that they are headlines, from each experiment's newest record.
 
     ``sections`` have the newest record of an experiment first.
     """
     newest = {section.record.experiment: section for section in reversed(sections)}
-    found = {
-        (experiment, claim.name): Headline(section, claim)
-        for experiment, section in newest.items()
+    return [
+        Headline(section, claim)
+        for section in reversed(newest.values())
         for claim in section.claims
-    }
-    return [found[each] for each in CHOSEN if each in found]
+        if claim.headline
+    ]
 
 
 @dataclass(frozen=True)
@@ -81,12 +67,13 @@ class Strip:
 def strip_of(claim: Claim) -> Strip:
     """Place a claim on an axis that holds the claimed range and the whole interval.
 
-    The axis of an ``at most`` begins at 0, or at the interval where that lies below 0.
+    The axis of a bound from above begins at 0, or at the interval where that lies below 0.
     """
-    highest = claim.predicted + claim.tolerance
-    lowest = claim.predicted - claim.tolerance
-    if claim.relation == "at most":
+    lowest, highest = claim.bound.range
+    if claim.relation == "≤":
         lowest = min(0.0, claim.low, highest)
+    elif claim.relation == "≥":
+        highest = max(claim.high, lowest)
     left, right = min(lowest, claim.low), max(highest, claim.high)
     scale = (_WIDTH - 2 * _PAD) / ((right - left) or 1.0)
 

@@ -12,7 +12,7 @@ from markupsafe import Markup, escape
 from bench.plots.plot import Plot
 from bench.report.document import Document, Section
 from bench.report.first_screen import LIMITS, MEASURED, WHAT_THIS_IS_NOT, headlines
-from bench.report.words import MARKS, claim_cells, verdict_text
+from bench.report.words import MARKS, claim_cells
 
 _FOLDER = Path(__file__).parent
 _MARK = Markup(
@@ -30,7 +30,7 @@ def to_html(document: Document) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.globals |= {"marks": MARKS, "cells": claim_cells, "verdict_text": verdict_text}
+    environment.globals |= {"marks": MARKS, "cells": claim_cells}
     environment.globals |= {"measured": MEASURED, "limits": LIMITS, "is_not": WHAT_THIS_IS_NOT}
     environment.filters |= {
         "kind": lambda block: type(block).__name__,

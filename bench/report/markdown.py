@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Iterator, Sequence
 
 from bench.plots.plot import Plot
-from bench.records.embedded_pictures import Pictures
+from bench.records.records import Pictures
 from bench.report.document import (
     Block,
     ClaimsBlock,
@@ -16,7 +16,7 @@ from bench.report.document import (
     TableBlock,
 )
 from bench.report.first_screen import LIMITS, MEASURED, WHAT_THIS_IS_NOT, headlines
-from bench.report.words import MARKS, claim_cells, verdict_text
+from bench.report.words import MARKS, claim_cells
 
 PLOTS = "plots"
 """Folder of the plots and pictures, beside report.md."""
@@ -45,12 +45,14 @@ def picture_path(section: Section, pictures: Pictures, number: int) -> str:
 
 def _first(document: Document) -> Iterator[str]:
     """Give what the first screen shows."""
-    heads = "verdict", "claim", "quantity", "claimed", "measured (95 %)", "command"
+    heads = "verdict", "claim", "measured (95 %)", "unit", "command"
     rows = [
         (
-            f"{MARKS[each.claim.verdict]} {verdict_text(each.claim)}"
+            f"{MARKS[each.claim.verdict]} {each.claim.verdict_text}"
             + (" (older code)" if each.section.stale else ""),
-            *claim_cells(each.claim)[:4],
+            each.claim.sentence,
+            each.claim.measured_text,
+            each.claim.unit,
             f"`{each.command}`",
         )
         for each in headlines(document.sections)
@@ -67,7 +69,7 @@ def _pieces(section: Section, block: Block) -> Iterator[str]:
             yield f"### {title}\n\n" + _table(heads, rows)
         case ClaimsBlock(title, heads, claims, _):
             yield f"### {title}"
-            signed = [(f"{MARKS[c.verdict]} {verdict_text(c)}", *claim_cells(c)) for c in claims]
+            signed = [(f"{MARKS[c.verdict]} {c.verdict_text}", *claim_cells(c)) for c in claims]
             yield _table(heads, signed)
         case PlotsBlock(plots):
             for plot in plots:

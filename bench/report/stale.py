@@ -1,9 +1,9 @@
 """Is a record of older code? Marked where its sources are others and its probe has changed."""
 
-from bench.experiments.registry import EXPERIMENTS
+from bench.experiment import experiments
 from bench.records.probe import NOTE, SOURCES, has_changed, take_probe
 from bench.records.records import Record
-from bench.runner.journal import sources
+from bench.runs import sources
 
 NO_PROBE = (
     "Of older code: this record keeps no probe by which to tell whether it would come out so."
@@ -17,7 +17,7 @@ def stale(record: Record) -> str:
 
     A frame is rendered only where the sources are others than those that made the record.
     """
-    experiment = EXPERIMENTS.get(record.experiment)
+    experiment = experiments().get(record.experiment)
     if experiment is not None and experiment.version != record.version:
         return OTHER_VERSION
     probe = record.notes.get(NOTE)

@@ -11,8 +11,8 @@ TABLES = "tables"
 """Folder of the points, with a file for each record."""
 
 _CLAIM = (
-    *("name", "verdict", "predicted", "tolerance", "relation", "measured", "low", "high"),
-    *("quantity", "source", "about", "kind"),
+    *("name", "verdict", "estimand", "relation", "value", "margin", "measured", "low", "high"),
+    *("unit", "where", "source", "kind", "sentence"),
 )
 
 
@@ -34,7 +34,8 @@ def claims_json(sections: Sequence[Section]) -> str:
             "experiment": s.record.experiment,
             "quick": s.record.quick,
             "record_sha256": s.record.sha256,
-            "claims": [claim.as_json() | {"kind": claim.kind} for claim in s.claims],
+            "commit": s.record.provenance.commit,
+            "claims": [claim.as_json() for claim in s.claims],
         }
         for s in sections
     ]

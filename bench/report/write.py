@@ -9,18 +9,15 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import TypeVar
 
-from bench.experiments.registry import EXPERIMENTS
-from bench.records.claims import Claim
-from bench.records.embedded_pictures import pictures_of
-from bench.records.records import Record, read_records
+from bench.experiment import Progress, experiments, point_table, silent
+from bench.records.records import Record, pictures_of, read_records
 from bench.report.document import Document, Section
 from bench.report.html import to_html
 from bench.report.markdown import picture_path, plot_path, to_markdown
 from bench.report.stale import stale
 from bench.report.tables import TABLES, claims_csv, claims_json, points_csv
-from bench.runner.experiment import Experiment, Progress, silent
 from lod.errors import InputError
-from scenes.render.files.whole_file import check_free, made_by_lodbench, whole_file
+from scenes.files import check_free, made_by_lodbench, whole_file
 
 _Result = TypeVar("_Result")
 
@@ -75,7 +72,7 @@ def _beside(sections: list[Section]) -> dict[str, str | bytes]:
 
 def _place(record: Record) -> int:
     """Order records by experiment, as `lodbench list` has them, and unknown ones after them."""
-    names = list(EXPERIMENTS)
+    names = list(experiments())
     return names.index(record.experiment) if record.experiment in names else len(names)
 
 
@@ -105,27 +102,22 @@ def _sections(records: Sequence[Record], progress: Progress) -> list[Section]:
 
 def _section(record: Record) -> Section:
     """Work a record out; one of another version of its experiment says what it said when made."""
-    experiment = EXPERIMENTS.get(record.experiment)
+    experiment = experiments().get(record.experiment)
     if experiment is None or experiment.version != record.version:
         shown = pictures_of(record)
-        return Section(record, record.experiment, record.claims, (), ((), []), pictures=shown)
-    judged = replace(record, claims=_judged(experiment, record))
+        table = point_table(record.points)
+        return Section(record, record.experiment, record.claims, (), table, pictures=shown)
+    judged = replace(record, claims=experiment.judged(record.points))
     return Section(
         record,
         experiment.question,
         judged.claims,
         experiment.plots(judged),
-        experiment.point_table(judged),
+        point_table(record.points),
         experiment.caveats,
         pictures_of(record),
-        experiment.summary(judged) if experiment.summary and record.points else ((), []),
-        experiment.tables(judged) if experiment.tables and record.points else (),
+        experiment.tables(judged) if experiment.tables else (),
     )
-
-
-def _judged(experiment: Experiment, record: Record) -> tuple[Claim, ...]:
-    """Judge the claims from the samples; a record without samples keeps its own."""
-    return experiment.judge(record.points) if record.points else record.claims
 
 
 def _write(path: Path, content: str | bytes) -> None:

@@ -3,7 +3,7 @@
 A preset is seen through a lens of 50 mm. Its cut is compared with the cut of the same detail that
 does not know of the lens. The pictures of both, taken through the lens in a window of the world,
 are compared with that of everything there is: FLIP at several counts of samples, extrapolated to
-pictures without noise (``bench.statistics.extrapolated_error``), with one-sided 95 % bounds over
+pictures without noise (``bench.statistics.fits``), with one-sided 95 % bounds over
 pairs of seeds, over the pixels whose centre shows ground or objects of that distance, up to half
 the side of the window: beyond it a pruned picture still has the far cover of an endless field. The
 same extrapolation of two pictures of everything is the floor, and near 0.
@@ -20,9 +20,9 @@ from typing import Any
 import click
 import numpy as np
 
-from bench.cli.output import table
-from bench.cli.progress import counted
-from bench.fields.part_sizes import (
+from bench.cli.output import counted, table
+from bench.images.compare import LEAST_PAIRS, flip_by_pixel
+from bench.part_sizes import (
     COARSE_M,
     camera,
     count_sizes,
@@ -34,8 +34,7 @@ from bench.fields.part_sizes import (
 )
 from bench.records.study_record import study_record, write_study_record
 from bench.statistics.estimates import Estimate, two_sided_mean
-from bench.statistics.excess_flip import LEAST_PAIRS, flip_by_pixel
-from bench.statistics.extrapolated_error import noise_free, one_sided_mean
+from bench.statistics.fits import noise_free, one_sided_mean
 from lod.arrays import Reals
 from lod.camera import ThinLens
 from lod.errors import InputError
@@ -43,15 +42,13 @@ from lod.metric import METRICS
 from lod.pruner import prune
 from lod.view import View, distance
 from lod.viewing import BlurWidths, Defocus, ViewingConditions, defocus_width, defocused_distance
-from scenes.frame.assemble import frame_light, frame_quality
-from scenes.frame.displayed import display
-from scenes.frame.frame_input import FrameInput
-from scenes.preset.load import load_preset
-from scenes.preset.tables import Preset
-from scenes.render.mitsuba.variants import choose
-from scenes.render.pictures.tone_map import auto_exposure, to_srgb
-from scenes.render.pipeline.stages import build_frame, trace
-from scenes.world.view import preset_air, view_at
+from scenes.frame.frame_input import FrameInput, display
+from scenes.presets.load import load_preset
+from scenes.presets.schema import Preset
+from scenes.render.pictures import auto_exposure, to_srgb
+from scenes.render.render import build_frame, trace
+from scenes.render.variants import choose
+from scenes.scene import frame_light, frame_quality, preset_air, view_at
 from scenes.world.world import World, build_world
 
 BANDS_M = (0.0, 6.0, 12.0, 24.0, 48.0, 100.0, 150.0, 400.0, math.inf)

@@ -13,12 +13,12 @@ from pathlib import Path
 import click
 
 from bench.cli.output import table
-from scenes.frame.assemble import frame_quality
-from scenes.preset.load import load_preset
-from scenes.render.files.whole_file import check_free, whole_file
-from scenes.render.pipeline.memory_model import ExtraBuffers, predict_bytes
-from scenes.render.sequence.settings import Record, frame_settings
-from scenes.render.sequence.worker import Worker
+from scenes.files import check_free, whole_file
+from scenes.presets.load import load_preset
+from scenes.render.exr.header import Record, frame_settings
+from scenes.render.memory import ExtraBuffers, predict_bytes
+from scenes.render.worker import Worker
+from scenes.scene import frame_quality
 
 
 @dataclass(frozen=True)

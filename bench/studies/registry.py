@@ -1,6 +1,6 @@
 """Which studies can `lodbench study` run? Programs of this folder, which judge no claim.
 
-Experiments are in ``bench.experiments.registry``: `lodbench run` measures their cases, records them
+Experiments are in ``bench.experiments``: `lodbench run` measures their cases, records them
 and judges their claims, and `lodbench report` shows them. A study has no record and no claims: it
 is a command of its own that prints a table or makes pictures. It is a module NAME.py of this
 folder, or a package NAME with a module ``study``; the first line of its docstring says what it

@@ -17,13 +17,12 @@ from typing import Any
 import click
 import numpy as np
 
-from bench.cli.output import table
-from bench.cli.progress import counted
+from bench.cli.output import counted, table
 from bench.statistics.estimates import LEAST_REPEATS, two_sided_median
-from scenes.frame.assemble import assemble_frame
-from scenes.frame.quality import Quality
-from scenes.preset.load import load_preset
-from scenes.render.pipeline.stages import BuiltFrame, build_frame, trace
+from scenes.frame.frame_input import Quality
+from scenes.presets.load import load_preset
+from scenes.render.render import BuiltFrame, build_frame, trace
+from scenes.scene import assemble_frame
 from scenes.world.world import build_world
 
 DARK = 1e-2

@@ -21,21 +21,19 @@ import numpy as np
 import psutil
 
 from bench.cli.output import table
-from bench.fields.plain_scene import first_view, plain_scene, scene_bytes, scene_hash
-from bench.runner.timing import interleaved_seconds
 from bench.statistics.estimates import two_sided_median
+from bench.statistics.timing import interleaved_seconds
+from bench.windows import first_view, plain_scene, scene_bytes, scene_hash
 from lod.crossfade import blend_weights
 from lod.pruner import prune
 from lod.view import View
-from scenes.field.cells import cells_in_reach, search_spans
+from scenes.field.cells import candidates, cells_in_reach, search_spans
 from scenes.field.species_field import SpeciesField
 from scenes.field.traversal import node_limits, traverse
-from scenes.frame.displayed import DisplayedRepresentation
-from scenes.frame.frame_input import FrameInput
-from scenes.frame.quality import Quality
-from scenes.preset.load import load_preset
+from scenes.frame.frame_input import DisplayedRepresentation, FrameInput, Quality
+from scenes.presets.load import load_preset
+from scenes.scene import preset_air
 from scenes.world.light import sun_and_sky
-from scenes.world.view import preset_air
 
 WORLDS = (1e4, 1e6, 1e9, 1e12, 1e15)
 """The mean number of objects in the window, of the species that a world is named for."""
@@ -74,7 +72,7 @@ def species_rows(name: str, field: SpeciesField, view: View, repeats: int, speed
 
     def turn_away() -> tuple[Any, int]:
         cells = cells_in_reach(field.cells, view, bounds)
-        return field.cells.candidates(*cells, view, beyond)
+        return candidates(field.cells, view, beyond, cells)
 
     kept, away, searched = len(turn_away()[0]), turn_away()[1], objects_searched(field, view)
     tests = traverse(pose_tables, nodes, limits, instances, still, view).examined
@@ -152,8 +150,8 @@ def ready_scene_rows(variant: str, size: str, repeats: int) -> Rows:
     All cores work. A smaller scene comes first, so that nothing is loaded or compiled while it is
     timed. Memory is what the first of the repeats takes.
     """
-    from scenes.render.mitsuba.variants import choose
-    from scenes.render.pipeline.stages import build_frame
+    from scenes.render.render import build_frame
+    from scenes.render.variants import choose
 
     process, quality = psutil.Process(), Quality(choose(variant))
     for one, times in (("64x36", 1), (size, repeats)):

@@ -20,12 +20,11 @@ from typing import Any, NamedTuple
 import click
 import numpy as np
 
-from bench.cli.output import table
-from bench.cli.progress import counted
+from bench.cli.output import counted, table
 from bench.records.study_record import study_record, write_study_record
 from bench.statistics.estimates import LEAST_REPEATS, two_sided_median
-from scenes.processes.cache_folder import VARIABLE
-from scenes.render.mitsuba.variants import choose
+from scenes.processes.cache import VARIABLE
+from scenes.render.variants import choose
 
 IMPORTS = "import numpy, numba, scipy, pydantic, click"
 WARM, COLD = "warm", "cold"

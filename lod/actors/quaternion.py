@@ -103,21 +103,21 @@ def rotate(q: Quaternion, values: VectorLike) -> Vector:
     return vector_part(q * pure_quaternion(values) / q)
 
 
-def rotation_vector(q: Quaternion) -> Vector:
-    """Compute axis times angle [degrees], the shorter way round: at most 180 long.
-
-    It is the logarithm of the rotation.
-    """
-    sine = math.hypot(q.x, q.y, q.z)
-    if sine == 0.0:
-        return 0.0, 0.0, 0.0
-    angle = 2 * math.degrees(math.atan2(sine, abs(q.w)))
-    scale = math.copysign(angle / sine, q.w)
-    return q.x * scale, q.y * scale, q.z * scale
+def angles_of(q: Quaternion) -> Vector:
+    """Compute the angles about x, y and z of Rz·Ry·Rx [degrees], that about y within ±90."""
+    about_x = math.atan2(2 * (q.w * q.x + q.y * q.z), 1 - 2 * (q.x * q.x + q.y * q.y))
+    about_y = math.asin(max(-1.0, min(1.0, 2 * (q.w * q.y - q.z * q.x))))
+    about_z = math.atan2(2 * (q.w * q.z + q.x * q.y), 1 - 2 * (q.y * q.y + q.z * q.z))
+    return math.degrees(about_x), math.degrees(about_y), math.degrees(about_z)
 
 
-def from_rotation_vector(angles_deg: VectorLike) -> Quaternion:
-    """Return the rotation about a vector by its length [degrees]: invert ``rotation_vector``."""
-    x, y, z = vector(angles_deg, "rotation vector")
-    angle = math.hypot(x, y, z)
-    return rotation((x, y, z), angle) if angle > 0 else Quaternion(*IDENTITY)
+def from_angles(angles_deg: VectorLike) -> Quaternion:
+    """Return the rotation Rz·Ry·Rx by angles about x, y and z [degrees]: invert ``angles_of``."""
+    half = np.radians(np.array(vector(angles_deg, "angles"))) / 2
+    (sx, sy, sz), (cx, cy, cz) = np.sin(half).tolist(), np.cos(half).tolist()
+    return Quaternion(
+        sx * cy * cz - cx * sy * sz,
+        cx * sy * cz + sx * cy * sz,
+        cx * cy * sz - sx * sy * cz,
+        cx * cy * cz + sx * sy * sz,
+    )

@@ -1,5 +1,10 @@
-"""By how much an actor that coasts may be off on the image: the temporal metric of actors (§2).
+"""How a scene acts, frame by frame: cues of the script, then behaviours, the most urgent first.
 
+With a threshold, an actor is updated when it may be off by more than that on the image, or has
+coasted for ``LONGEST_COAST_S``, or is sent a message: whoever is asked is brought up to date first.
+With a budget no more than so many are, the most urgent first.
+
+**The temporal metric of actors** (§2): by how much may an actor that coasts be off on the image?
 A body keeps its speed and its rate of turning until it is told to go otherwise, and both change by
 no more than ``ACCELERATION`` a and ``SPIN_ACCELERATION`` α a second since it was told.
 So t seconds after that, against a body that was told anew all the time, with v its speed, u and Δ
@@ -14,17 +19,11 @@ that speed and a·t as shares of its own walk's,
 
 where r is how far it reaches from the vertical through its place, w the speed of its fastest part
 against its own, p how far such a part goes in a cycle times the share of it by which the prints of
-standing feet lie ahead at most (``motions.planted_phase``), l how far a part is at most from where
-it rests, and v' the speed whose strides are as quick as those of ``SLOWEST``; it may shuffle where
-u − Δ is below that. Seen from a distance d, that is (the sum)/((d − b)·θ) pixels, b its bound. It
-holds over level ground. What messages hold is not in it: whose limbs were moved by the last update
-is updated in every frame, and r of whom a message holds is b.
-
-How a scene acts, frame by frame: cues of the script, then behaviours, the most urgent first.
-
-With a threshold, an actor is updated when it may be off by more than that on the image
-(``scenes.actors.acting``), or has coasted for ``LONGEST_COAST_S``, or is sent a message: whoever
-is asked is brought up to date first. With a budget no more than so many are, the most urgent first.
+standing feet lie ahead at most (``scenes.actors.limb.planted_phase``), l how far a part is at most
+from where it rests, and v' the speed whose strides are as quick as those of ``SLOWEST``; it may
+shuffle where u − Δ is below that. Seen from a distance d, that is (the sum)/((d − b)·θ) pixels, b
+its bound. It holds over level ground. What messages hold is not in it: whose limbs were moved by
+the last update is updated in every frame, and r of whom a message holds is b.
 """
 
 import math
@@ -51,12 +50,9 @@ from scenes.actors.stage import CAMERA, Stage, Standings
 from scenes.models.catalogue import at_rest
 from scenes.rig.rigged_prototype import RiggedPrototype
 
-STRAIGHT_LEG = 1.5
-"""How much farther than its foot the knee of a nearly straight leg may move: seen, up to 1.45."""
-
 
 @dataclass(frozen=True, eq=False)
-class Restlessness(ArrayData):
+class MotionBounds(ArrayData):
     """How much of n bodies may move, (n,) each.
 
     bound   B of the whole [m]
@@ -75,18 +71,35 @@ class Restlessness(ArrayData):
     own: FloatArray
 
     @staticmethod
-    def of(prototypes: Sequence[RiggedPrototype]) -> "Restlessness":
+    def of(prototypes: Sequence[RiggedPrototype]) -> "MotionBounds":
         """Collect them of the prototypes of bodies, one each."""
-        rows = np.array([_of_one(each) for each in prototypes]).reshape(-1, 6)
-        return Restlessness(*rows.T)
+        rows = np.array([_bounds_of(each) for each in prototypes]).reshape(-1, 6)
+        return MotionBounds(*rows.T)
 
-    def with_held(self, held: Held) -> "Restlessness":
+    def with_held(self, held: Held) -> "MotionBounds":
         """Return the same, where what messages hold may reach anywhere within the bound."""
         if not held:
             return self
         reach, rows = self.reach.copy(), list(held)
         reach[rows] = self.bound[rows]
         return replace(self, reach=reach)
+
+
+@lru_cache(maxsize=256)
+def _bounds_of(prototype: RiggedPrototype) -> tuple[float, ...]:
+    motion, bound = prototype.motion, float(prototype.hierarchy.B[0])
+    walking, resting = (stick_ends(each)[0] for each in (prototype, at_rest(prototype)))
+    if walking.shape[1] == 0:
+        return bound, reach_in_plan(prototype), 0.0, 0.0, 0.0, 0.0
+    swung = float(np.hypot(walking[..., 0], walking[..., 1]).max())
+    reach = max(reach_in_plan(prototype), swung)
+    if motion.stride == 0:
+        return bound, reach, 0.0, 0.0, 0.0, 0.0
+    step = np.linalg.norm(np.roll(walking, -1, axis=0) - walking, axis=-1).max() * len(walking)
+    travel = np.linalg.norm(walking - resting, axis=-1).max()
+    ahead = max(abs(prints_ahead(motion, phase)) for phase in np.linspace(0, 1, 65).tolist())
+    walk, planted = float(step) / motion.stride, float(step) * ahead
+    return bound, reach, walk, planted, float(travel), motion.speed
 
 
 @dataclass(frozen=True)
@@ -101,7 +114,7 @@ class Lens:
     offscreen: float
 
 
-def offset_bound_m(bodies: Restlessness, speed: Reals, since_s: Reals) -> Reals:
+def offset_bound_m(bodies: MotionBounds, speed: Reals, since_s: Reals) -> Reals:
     """Bound how far a part is from where coasting has it, (n,) [m]."""
     t, a, alpha = since_s, ACCELERATION, SPIN_ACCELERATION
     straight = a * t**2 / 2
@@ -110,7 +123,11 @@ def offset_bound_m(bodies: Restlessness, speed: Reals, since_s: Reals) -> Reals:
     own = np.maximum(bodies.own, 1e-9)
     now, more = speed / own, a * t / own
     low, high = now - more, now + more
-    walked = bodies.walk * _steepest_cadence(low, high) * straight
+    # How steeply the cadence rises with speed at most: more where strides are as long as they get.
+    rise = (1.0 - STRIDE_POWER) * np.maximum(low, SLOWEST) ** -STRIDE_POWER
+    capped = high > LONGEST_STRIDE ** (1.0 / STRIDE_POWER)
+    cadence = np.where(capped, np.maximum(rise, 1.0 / LONGEST_STRIDE), rise)
+    walked = bodies.walk * cadence * straight
     stride = _stride(now)
     strides = np.maximum(stride - _stride(low), _stride(high) - stride)
     change = np.maximum(np.log(stride / _stride(low)), np.log(_stride(high) / stride))
@@ -119,7 +136,8 @@ def offset_bound_m(bodies: Restlessness, speed: Reals, since_s: Reals) -> Reals:
     blend = np.minimum(1.0, more / SLOWEST + 1.0 / EIGHTHS)
     shuffled = bodies.walk * own * SLOWEST ** (1.0 - STRIDE_POWER) * t
     slow = np.where(low < SLOWEST, bodies.travel * blend + shuffled, 0.0)
-    stepped = walked + STRAIGHT_LEG * bodies.travel * strides + slow
+    # The knee of a nearly straight leg may move farther than its foot: seen, up to 1.45 times.
+    stepped = walked + 1.5 * bodies.travel * strides + slow
     stepped += np.where(now > 0, planted, 0.0)
     return np.where(t > 0, place + turned + np.where(bodies.own > 0, stepped, 0.0), 0.0)
 
@@ -130,15 +148,8 @@ def _stride(relative: Reals) -> Reals:
     return found
 
 
-def _steepest_cadence(low: Reals, high: Reals) -> Reals:
-    """Find how steeply the cadence rises with speed, both as shares of the prototype's own."""
-    rise = (1.0 - STRIDE_POWER) * np.maximum(low, SLOWEST) ** -STRIDE_POWER
-    capped = high > LONGEST_STRIDE ** (1.0 / STRIDE_POWER)
-    return np.where(capped, np.maximum(rise, 1.0 / LONGEST_STRIDE), rise)
-
-
 def bound_px(
-    bodies: Restlessness, stand: Standings, now_s: float, eye: Eye, lens: Lens
+    bodies: MotionBounds, stand: Standings, now_s: float, eye: Eye, lens: Lens
 ) -> tuple[Reals, Reals]:
     """Bound by how much a part of each body is off on the image [px], and how urgent that is, (n,).
 
@@ -156,28 +167,8 @@ def bound_px(
     return px, np.where(seen, px, px * lens.offscreen)
 
 
-@lru_cache(maxsize=256)
-def _of_one(prototype: RiggedPrototype) -> tuple[float, ...]:
-    motion, bound = prototype.motion, float(prototype.hierarchy.B[0])
-    walking, resting = stick_ends(prototype), stick_ends(at_rest(prototype))
-    if walking.shape[1] == 0:
-        return bound, reach_in_plan(prototype), 0.0, 0.0, 0.0, 0.0
-    swung = float(np.hypot(walking[..., 0], walking[..., 1]).max())
-    reach = max(reach_in_plan(prototype), swung)
-    if motion.stride == 0:
-        return bound, reach, 0.0, 0.0, 0.0, 0.0
-    step = np.linalg.norm(np.roll(walking, -1, axis=0) - walking, axis=-1).max() * len(walking)
-    travel = np.linalg.norm(walking - resting, axis=-1).max()
-    ahead = max(abs(prints_ahead(motion, phase)) for phase in np.linspace(0, 1, 65).tolist())
-    walk, planted = float(step) / motion.stride, float(step) * ahead
-    return bound, reach, walk, planted, float(travel), motion.speed
-
-
 LONGEST_COAST_S = 1.0
 """Longest time between two updates [s]."""
-
-DEEPEST = 16
-"""How many who are asked while they ask others are brought up to date; the next one coasts."""
 
 
 @dataclass(frozen=True)
@@ -217,7 +208,7 @@ class Acting:
         self._names: tuple[str, ...] = stage.names()
         self._row = {name: row for row, name in enumerate(self._names)}
         self._acts = np.array([name in processes for name in self._names], bool)
-        self._bodies = Restlessness.of(prototypes)
+        self._bodies = MotionBounds.of(prototypes)
         self._frame, self._now = 0, 0.0
         self._last = np.full(len(self._names), -math.inf)
         self._held: Held = {}
@@ -265,8 +256,11 @@ class Acting:
         return np.where(self._acts, np.nan_to_num(px), 0.0), np.nan_to_num(urgency)
 
     def _attend(self, name: str) -> None:
-        """Bring whoever is asked up to date first, unless that one asks just now."""
-        if name in self._row and self._depth < DEEPEST:
+        """Bring whoever is asked up to date first, unless that one asks just now.
+
+        So are 16 who are asked while they ask others; the next one coasts.
+        """
+        if name in self._row and self._depth < 16:
             self._update(name)
 
     def _update(self, name: str) -> None:

@@ -1,6 +1,4 @@
-"""A limit on the time that somebody else's code may take.
-
-What a behaviour is: a plain generator that sees the world only by the answers to messages.
+"""What a behaviour is: a plain generator that sees the world only by the answers to messages.
 
 >>> def greet(me):
 ...     heading = yield ask("ann", "heading")
@@ -34,35 +32,33 @@ class TimeLimitError(BaseException):
 
 @contextlib.contextmanager
 def time_limit(seconds: float) -> Iterator[None]:
-    """Raise TimeLimitError within, once so many seconds have gone by.
+    """Raise TimeLimitError within, once it has taken so many seconds of processor time.
 
     It works by an alarm, which only the main thread gets; within another limit and in other threads
-    nothing is done.
+    nothing is done. A machine that sleeps, or is busy with something else, uses up nothing of it.
     """
-    if threading.current_thread() is not threading.main_thread():
+    in_main_thread = threading.current_thread() is threading.main_thread()
+    if not in_main_thread or signal.getitimer(signal.ITIMER_PROF)[0] > 0:
         yield
         return
-    if signal.getitimer(signal.ITIMER_REAL)[0] > 0:
-        yield
-        return
-    before = signal.signal(signal.SIGALRM, _time_is_up)
-    signal.setitimer(signal.ITIMER_REAL, seconds, 1.0)
+
+    def time_is_up(number: int, frame: FrameType | None) -> None:
+        raise TimeLimitError
+
+    before = signal.signal(signal.SIGPROF, time_is_up)
+    signal.setitimer(signal.ITIMER_PROF, seconds, 1.0)
     try:
         yield
     finally:
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
-        signal.signal(signal.SIGALRM, before)
-
-
-def _time_is_up(number: int, frame: FrameType | None) -> None:
-    raise TimeLimitError
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
+        signal.signal(signal.SIGPROF, before)
 
 
 MOST_MESSAGES = 2000
 """Messages that a behaviour may send at one update."""
 
 LONGEST_S = 10.0
-"""Time that one update of a behaviour may take [s]."""
+"""Processor time that one update of a behaviour may take [s]."""
 
 Attend = Callable[[str], object]
 Acts = Generator[Message | None, Any, None]
@@ -132,7 +128,7 @@ class Process:
         except StopIteration:
             self.ended = True
         except TimeLimitError:
-            rule = f"an update takes {LONGEST_S:g} s at most"
+            rule = f"an update takes {LONGEST_S:g} s of processor time at most"
             raise InputError(self.where, "does not come to a yield", rule, "yield in it") from None
         except InputError:
             raise

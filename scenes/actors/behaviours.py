@@ -1,24 +1,14 @@
-"""Collision avoidance: the velocity nearest to a wanted one that keeps clear of all others.
+"""The behaviours that come with the program, how bodies steer, and behaviours by name.
 
-Optimal reciprocal collision avoidance (ORCA): van den Berg, Guy, Lin & Manocha, "Reciprocal n-body
-collision avoidance", Robotics Research (ISRR) 2011. Every other one leaves a half-plane of
-velocities, from which each of the two takes half of the change. The best of what all leave is a
-linear program in two dimensions, solved line by line; where nothing is left, the velocity is taken
-that violates the half-planes by the least.
+Who walks keeps clear of all others by optimal reciprocal collision avoidance (ORCA: van den Berg,
+Guy, Lin & Manocha, "Reciprocal n-body collision avoidance", Robotics Research, ISRR 2011). Every
+other one leaves a half-plane of velocities, from which each of the two takes half of the change.
+The best of what all leave is a linear program in two dimensions, solved line by line; where nothing
+is left, the velocity is taken that violates the half-planes by the least.
 
-How a body that goes only where it faces takes a velocity, keeping clear of the others.
-
-ORCA wants a body that goes any way at once. One that must turn first is given a wider berth, as in
-Alonso-Mora et al., "Optimal reciprocal collision avoidance for multiple non-holonomic robots" (DARS
-2010): ``BERTH_M`` on top of both radii.
-
-What people do: walk about, step aside for each other, wave, and follow whom they belong to.
-
-What animals and windmills do: flee, herd, and turn into the wind.
-
-What a camera does by itself: watch somebody, or follow.
-
-Behaviours by name: those that come with the program, and those of installed packages.
+ORCA wants a body that goes any way at once. One that goes only where it faces, and must turn first,
+is given a wider berth, as in Alonso-Mora et al., "Optimal reciprocal collision avoidance for
+multiple non-holonomic robots" (DARS 2010): ``BERTH_M`` on top of both radii.
 """
 
 import math
@@ -34,7 +24,7 @@ from lod.arrays import frozen
 from lod.errors import InputError
 from scenes.actors.behaviour import Acts, Behaviour, Me
 from scenes.actors.body import Course
-from scenes.plugins.entry_points import BEHAVIOUR, distribution, installed, load_entry
+from scenes.plugins import BEHAVIOUR, distribution, installed, load_entry
 
 _PARALLEL = 1e-9
 
@@ -179,15 +169,10 @@ def _program_3(lines, n, first, radius, rx, ry):  # type: ignore[no-untyped-def]
     return rx, ry
 
 
-BODY_M = 0.2
-"""Radius of the upright cylinder round a body that no other's comes into [m]."""
+BODY_M, BERTH_M = 0.2, 0.25
+"""Radius of the upright cylinder round a body that no other's comes into, and the berth [m]."""
 
-BERTH_M = 0.25
 HORIZON_S, STEP_S = 2.0, 0.25
-MOST_OTHERS = 8
-"""The nearest that are heeded."""
-
-_QUICKEST_TURN_DEG = 150.0
 
 Steps = Generator[Message | None, Any, Any]
 
@@ -199,10 +184,10 @@ def own_course(me: Me) -> Steps:
 
 
 def others_near(me: Me, radius: float) -> Steps:
-    """Ask who is near, and how the nearest go: (name, course) of each."""
+    """Ask who is near, and how the eight nearest go: (name, course) of each."""
     names = yield ask("", "near", me.name, radius)
     found = []
-    for name in names[:MOST_OTHERS]:
+    for name in names[:8]:
         course: Course = yield ask(name, "course")
         found.append((name, course))
     return found
@@ -217,17 +202,13 @@ def steer(me: Me, course: Course, others: list[tuple[str, Course]], wanted: np.n
     own = course.x, course.y, course.vx, course.vy
     goal = float(wanted[0]), float(wanted[1])
     vx, vy = orca_velocity(own, goal, table, HORIZON_S, STEP_S, fastest)
-    yield from go_along(me, course, vx, vy)
-
-
-def go_along(me: Me, course: Course, vx: float, vy: float) -> Steps:
-    """Turn towards a velocity, and go as fast as it is along where one faces."""
+    # Turn towards that velocity, and go as fast as it is along where one faces.
     speed = math.hypot(vx, vy)
     if speed < 0.02:
         yield change(me.name, "go", 0.0, 0.0)
         return
     aside = (math.atan2(vy, vx) - course.yaw + math.pi) % (2 * math.pi) - math.pi
-    turn = min(max(math.degrees(aside) * 3.0, -_QUICKEST_TURN_DEG), _QUICKEST_TURN_DEG)
+    turn = min(max(math.degrees(aside) * 3.0, -150.0), 150.0)
     yield change(me.name, "go", speed * max(0.0, math.cos(aside)), turn)
 
 
@@ -385,11 +366,8 @@ def chase(me: Me) -> Acts:
 
     Options: whom; distance, 6 [m]; height, 2.2 [m].
     """
-    route, distance, height = (
-        _route(me, "whom"),
-        me.option("distance", 6.0),
-        me.option("height", 2.2),
-    )
+    distance, height = me.option("distance", 6.0), me.option("height", 2.2)
+    route = _route(me, "whom")
     while True:
         theirs = yield ask(route, "where")
         mine = yield ask(me.name, "where")
@@ -412,9 +390,8 @@ def _route(me: Me, option: str) -> tuple[str, ...]:
 def _facing(eye: Vector, target: Vector) -> tuple[float, float]:
     """Heading and pitch from an eye to a target [degrees]."""
     east, north, up = (b - a for a, b in zip(eye, target, strict=True))
-    return math.degrees(math.atan2(east, north)), math.degrees(
-        math.atan2(up, math.hypot(east, north))
-    )
+    pitch = math.atan2(up, math.hypot(east, north))
+    return math.degrees(math.atan2(east, north)), math.degrees(pitch)
 
 
 BEHAVIOURS: dict[str, Behaviour] = {
@@ -425,6 +402,9 @@ BEHAVIOURS: dict[str, Behaviour] = {
 def behaviour_by_name(name: str, where: str) -> Behaviour:
     """Find a behaviour. Raises InputError for a name that none has."""
     if name in BEHAVIOURS:
+        if BEHAVIOURS[name] in (walk, follow, flee, herd):
+            # Compiled now, and not within the time that an update may take.
+            orca_velocity((0.0, 0.0, 0.0, 0.0), (0.0, 0.0), np.zeros((0, 5)), 1.0, 1.0, 1.0)
         return BEHAVIOURS[name]
     if name not in installed(BEHAVIOUR):
         rule = f"one of {', '.join((*BEHAVIOURS, *installed(BEHAVIOUR)))}"

@@ -20,8 +20,6 @@ Answer(value=None)
 >>> joe.receive(ask("right leg/toot", "held"))  # doctest: +NORMALIZE_WHITESPACE
 Refusal(who='joe', why="has no part 'right leg/toot';
         the nearest known route is 'torso/right leg/lower leg/foot'")
-
-The camera of a scene among its actors: it goes where the preset says until messages move it.
 """
 
 import math
@@ -120,8 +118,7 @@ class Body(Limb):
         """Build the body at rest at a place [m]; its heading is clockwise from north [degrees]."""
         self._tree = limb_tree(prototype)
         here = RevoluteJoint((*position, 0.0), rotation(UP, 90.0 - heading_deg))
-        limbs, own = build_limbs(prototype, self._tree)
-        super().__init__(limbs, here, own, name=name)
+        super().__init__(build_limbs(prototype, self._tree), here, self._tree.row, name=name)
         self._prototype, self._rows = prototype, limb_routes(self._tree)
         self._reach = reach_in_plan(prototype)
         self._time, self._phase, self._speed, self._spin = 0.0, 0.0, 0.0, 0.0
@@ -169,9 +166,8 @@ class Body(Limb):
         dt, self._time = time_s - self._time, time_s
         if dt <= 0 or not self._present:
             return
-        self._phase = (
-            self._phase + dt * step_at(self._prototype.motion, self._speed).cadence
-        ) % 1.0
+        cadence = step_at(self._prototype.motion, self._speed).cadence
+        self._phase = (self._phase + dt * cadence) % 1.0
         if self._speed == 0 and self._spin == 0:
             return
         (x, y, z), yaw = self._joint.position, self._yaw
@@ -188,9 +184,8 @@ class Body(Limb):
         last told to go: it comes as near to what is asked as it can.
         """
         if not (math.isfinite(speed) and 0 <= speed <= FASTEST and math.isfinite(spin_deg)):
-            raise InputError(
-                "go", (speed, spin_deg), f"a speed from 0 to {FASTEST:g} m/s, a finite turn"
-            )
+            rule = f"a speed from 0 to {FASTEST:g} m/s, a finite turn"
+            raise InputError("go", (speed, spin_deg), rule)
         since, self._went = self._time - self._went, self._time
         motion, before = self._prototype.motion, self._speed
         self._speed = _towards(self._speed, float(speed), ACCELERATION * since)
@@ -224,8 +219,13 @@ class Body(Limb):
         if isinstance(passed, str):
             return self.refuse(passed)
         self._settle(passed.route if passed.action.name in _OF_ONE_LIMB else None)
-        if passed.action.changes:
-            self._touched, self._settled = self._held_after(passed), None
+        if passed.action.changes:  # list the limbs that messages may hold from now on
+            changed, self._settled = passed.route, None
+            if passed.action.name == "release":
+                kept = (each for each in self._touched if each[: len(changed)] != changed)
+                self._touched = frozenset(kept)
+            elif changed in self._rows:
+                self._touched |= {changed}
         return passed
 
     @query
@@ -258,19 +258,11 @@ class Body(Limb):
         found = [full for full in self._rows if full[-1] == route[-1] and _in_order(route, full)]
         if found:
             return min(found, key=len)
-        asked = format_route(route)
-        why = f"has no part {asked!r}; it has no parts at all"
+        known = "it has no parts at all"
         if self._rows:
             nearest = format_route(nearest_route(route, list(self._rows)))
-            why = f"has no part {asked!r}; the nearest known route is {nearest!r}"
-        raise Refused(str(self), why)
-
-    def _held_after(self, change: Message) -> frozenset[Route]:
-        """List the limbs that messages may hold after a change of one of them."""
-        route = change.route
-        if change.action.name == "release":
-            return frozenset(each for each in self._touched if each[: len(route)] != route)
-        return self._touched | {route} if route in self._rows else self._touched
+            known = f"the nearest known route is {nearest!r}"
+        raise Refused(str(self), f"has no part {format_route(route)!r}; {known}")
 
     def _settle(self, along: Route | None = None) -> None:
         """Have limbs follow the walk up to now, where no message holds them.
@@ -282,16 +274,14 @@ class Body(Limb):
         if now == self._settled:
             return
         if self._pose is None or self._pose[0] != now:
-            self._pose = now, self._pose_now(step.eighths)
+            rig = self._prototype.rig
+            turns, shift = pose_at(with_share(self._prototype, step.eighths), self._phase)
+            offset = rig.offset + shift * (rig.parent < 0)[:, None]
+            pose = zip(map(tuple, offset.tolist()), map(tuple, turns.tolist()), strict=True)
+            self._pose = now, tuple(pose)
         if along is None:
             self._settled = now
         self._follow_below(self._tree, self._pose[1], along)
-
-    def _pose_now(self, eighths: int) -> Pose:
-        rig = self._prototype.rig
-        rotations, shift = pose_at(with_share(self._prototype, eighths), self._phase)
-        offset = rig.offset + shift * (rig.parent < 0)[:, None]
-        return tuple(zip(map(tuple, offset.tolist()), map(tuple, rotations.tolist()), strict=True))
 
 
 @lru_cache(maxsize=256)

@@ -5,33 +5,29 @@ without a side that it shares with the limb that carries it: a person's right ha
 ``torso/abdomen/chest/right arm/forearm/hand``. A body lets the limbs on the way be left out
 (``scenes.actors.body``): ``right arm/hand``.
 
-How a body moves at a speed: the stride, the cadence and the share of its walk that it takes.
-
-Stride goes as speed to the power 0.6, as among the walkers of a field (``scenes.figures.patrol``).
-Below ``SLOWEST`` of its own speed a walker's strides keep their length and its pose goes over to
-that at rest, in steps of an eighth; from there on it stands.
+Limbs follow a walk. Its stride goes as speed to the power 0.6, as among the walkers of a field
+(``scenes.figures.patrol``). Below ``SLOWEST`` of its own speed a walker's strides keep their length
+and its pose goes over to that at rest, in steps of an eighth; from there on it stands.
 """
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
-from lod.actors.actor import Appearance, CompoundActor, ConeStick
+from lod.actors.actor import CompoundActor
 from lod.actors.joint import JointLimits, RevoluteJoint
 from lod.actors.message import SEPARATOR, Route, ask, change
 from lod.actors.object_with_parts import mutator, query
-from lod.actors.quaternion import Components, Quaternion, Vector, VectorLike, vector
+from lod.actors.quaternion import Components, Vector
 from scenes.figures.anatomy import SIDES
 from scenes.models.catalogue import at_rest
 from scenes.rig.rig import Motion
 from scenes.rig.rigged_prototype import RiggedPrototype
-from scenes.rig.rotations import Quaternions, from_euler, rotate_vectors
-
-_SLACK_DEG = 1e-6
+from scenes.rig.rotations import Quaternions, rotate_vectors
 
 Pose = Sequence[tuple[Vector, Components]]
 """Position in the frame of its whole [m] and orientation of every joint of a rig, row by row."""
@@ -42,32 +38,6 @@ class LimbTree(NamedTuple):
 
     row: int
     limbs: "tuple[tuple[str, LimbTree], ...]"
-
-
-@dataclass(frozen=True, init=False)
-class AngleLimits(JointLimits):
-    """A box of angles about x, y and z in Rz·Ry·Rx, as tables of figures give them [degrees]."""
-
-    def orientation(self, angles_deg: VectorLike) -> Quaternion:
-        """Compute the orientation by those angles."""
-        return Quaternion(*from_euler(np.array(vector(angles_deg))).tolist())
-
-    def contains(self, orientation: Quaternion) -> bool:
-        """Tell whether its angles lie in the box; the same turn has a second set of them."""
-        x, y, z, w = orientation.x, orientation.y, orientation.z, orientation.w
-        about_x = math.degrees(math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y)))
-        about_y = math.degrees(math.asin(max(-1.0, min(1.0, 2 * (w * y - z * x)))))
-        about_z = math.degrees(math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)))
-        first = about_x, about_y, about_z
-        return self._within(first) or self._within((about_x + 180, 180 - about_y, about_z + 180))
-
-    def _within(self, angles: Vector) -> bool:
-        for low, angle, high in zip(self.low_deg, angles, self.high_deg, strict=True):
-            middle = (low + high) / 2
-            near = middle + (angle - middle + 180.0) % 360.0 - 180.0
-            if not low - _SLACK_DEG <= near <= high + _SLACK_DEG:
-                return False
-        return True
 
 
 class Limb(CompoundActor):
@@ -137,20 +107,17 @@ def limb_routes(tree: LimbTree, so_far: Route = ()) -> dict[Route, int]:
     return found
 
 
-def build_limbs(prototype: RiggedPrototype, tree: LimbTree) -> tuple[dict[str, Limb], Appearance]:
-    """Build the limbs of a body at rest, by name, and what the body itself wears.
-
-    Each limb wears the sticks that ride on its joint.
-    """
-    rig, looks = prototype.rig, _joint_sticks(prototype)
+def build_limbs(prototype: RiggedPrototype, tree: LimbTree) -> dict[str, Limb]:
+    """Build the limbs of a body at rest, by name; each wears its joint's row in the rig."""
+    rig = prototype.rig
 
     def built(below: LimbTree) -> Limb:
         j = below.row
-        limits = AngleLimits(rig.low[j].tolist(), rig.high[j].tolist())
+        limits = JointLimits(rig.low[j].tolist(), rig.high[j].tolist())
         here = RevoluteJoint(rig.offset[j].tolist(), rig.rest[j].tolist(), limits)
-        return Limb({name: built(each) for name, each in below.limbs}, here, looks[j])
+        return Limb({name: built(each) for name, each in below.limbs}, here, j)
 
-    return {name: built(below) for name, below in tree.limbs}, looks[-1]
+    return {name: built(below) for name, below in tree.limbs}
 
 
 def _name(prototype: RiggedPrototype, row: int) -> str:
@@ -169,32 +136,12 @@ def _name(prototype: RiggedPrototype, row: int) -> str:
     return bare if side in SIDES and side == above else prototype.limbs[row]
 
 
-def _joint_sticks(prototype: RiggedPrototype) -> list[Appearance]:
-    """Collect the sticks that ride on each joint while every part is displayed.
-
-    Those of the object's own frame stand last.
-    """
-    sticks: list[list[ConeStick]] = [[] for _ in range(len(prototype.rig) + 1)]
-    for table in prototype.full_detail_sticks():
-        albedo = prototype.tints[table.tint].tolist()
-        columns = table.start, table.end, table.start_radius, table.end_radius
-        rows = zip(table.start_joint.tolist(), *(c.tolist() for c in columns), albedo, strict=True)
-        for joint, *stick in rows:
-            sticks[joint].append(ConeStick(*stick))
-    return [tuple(own) for own in sticks]
-
-
 EIGHTHS = 8
 """Steps in which a pose goes from rest (0) to the whole walk."""
 
-SLOWEST = 0.1
-"""Speed below which a walker's pose goes over to rest, as a share of its prototype's speed."""
-
-STRIDE_POWER = 0.6
-"""Power of the speed as which the stride goes."""
-
-LONGEST_STRIDE = 1.3
-"""Longest stride, as a share of the prototype's; faster bodies take more strides."""
+SLOWEST, STRIDE_POWER, LONGEST_STRIDE = 0.1, 0.6, 1.3
+"""Speed below which a walker's pose goes over to rest, power of the speed as which the stride goes,
+and the longest stride; faster bodies take more strides. As shares of the prototype's own."""
 
 
 class Step(NamedTuple):
@@ -273,24 +220,14 @@ def with_share(prototype: RiggedPrototype, eighths: int) -> RiggedPrototype:
     shift, stride = motion.shift * share, motion.stride * share
     less = replace(motion, rotations=turned, shift=shift, stride=stride)
     # Limbs half way between two poses are not half as high: feet stay on the ground, none below it.
-    down = share * lowest(prototype, motion) - lowest(prototype, less)
+    down = share * _lowest(prototype, motion) - _lowest(prototype, less)
     raised = shift + down[:, None] * (0.0, 0.0, 1.0)
     return prototype.with_motion(replace(less, shift=raised))
 
 
-def lowest(prototype: RiggedPrototype, motion: Motion) -> np.ndarray:
-    """Compute the height of the lowest point of any stick at each key of a motion, (k,) [m]."""
-    origin, facing = prototype.rig.frames(motion.rotations, motion.shift)
-    low = np.full(len(motion.rotations), np.inf)
-    for table in prototype.full_detail_sticks():
-        for on, point, radius in (
-            (table.start_joint, table.start, table.start_radius),
-            (table.end_joint, table.end, table.end_radius),
-        ):
-            own = on >= 0  # what a body wears itself does not move against it
-            at = rotate_vectors(facing[:, on[own]], point[own]) + origin[:, on[own]]
-            low = np.minimum(low, (at[..., 2] - radius[own]).min(axis=1, initial=np.inf))
-    return low
+def _lowest(prototype: RiggedPrototype, motion: Motion) -> np.ndarray:
+    ends, radii = stick_ends(prototype, motion)
+    return (ends[..., 2] - radii).min(axis=1, initial=np.inf)
 
 
 def slerp(a: Quaternions, b: Quaternions, share: float) -> np.ndarray:
@@ -313,13 +250,23 @@ def pose_at(prototype: RiggedPrototype, phase: float) -> tuple[np.ndarray, np.nd
     return rotations, shift
 
 
-def stick_ends(prototype: RiggedPrototype) -> np.ndarray:
-    """Compute both ends of every stick at each key, in the object's own frame, (k, e, 3) [m]."""
-    motion = prototype.motion
+def stick_ends(
+    prototype: RiggedPrototype, motion: Motion | None = None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Compute the ends of all sticks at each key, (k, e, 3), and their radii, (e,) [m].
+
+    They are in the object's own frame; what a body wears itself, which does not move against it, is
+    left out. ``motion``: in place of the prototype's own.
+    """
+    motion = motion or prototype.motion
     origin, facing = prototype.rig.frames(motion.rotations, motion.shift)
-    ends = []
+    ends, radii = [], []
     for table in prototype.full_detail_sticks():
-        for on, point in ((table.start_joint, table.start), (table.end_joint, table.end)):
-            own = on >= 0  # what a body wears itself does not move against it
+        for on, point, radius in (
+            (table.start_joint, table.start, table.start_radius),
+            (table.end_joint, table.end, table.end_radius),
+        ):
+            own = on >= 0
             ends.append(rotate_vectors(facing[:, on[own]], point[own]) + origin[:, on[own]])
-    return np.concatenate(ends, axis=1)
+            radii.append(radius[own])
+    return np.concatenate(ends, axis=1), np.concatenate(radii)

@@ -1,14 +1,12 @@
 """What the actors of a scene do, frame by frame, as the pruner and the camera read it.
 
-A pose track: all that actors do in all frames, as arrays, with a hash of them.
-
-Frames are replayed from it in any order. The numbers that act may differ in their last bits between
+A pose track has all that actors do in all frames, as arrays, with a hash of them. Frames are
+replayed from it in any order. The numbers that act may differ in their last bits between
 processors; those of one track do not.
 
-The actors of a scene as the pruner sees them: posed as they answered, by a crowd's own walk.
-
-Actors of one model that stand alike but for place and phase share a row of the tables; what holds
-a limb by a message has a row of its own, whose motion has that limb at rest where it is held.
+The pruner sees a cast: actors posed as they answered, by a crowd's own walk. Those of one model
+that stand alike but for place and phase share a row of the tables; what holds a limb by a message
+has a row of its own, whose motion has that limb at rest where it is held.
 """
 
 import hashlib
@@ -37,10 +35,10 @@ from scenes.field.prototypes import (
     shutter_times,
     species_prototypes,
 )
+from scenes.ground.relief import Ground
 from scenes.rig.foot_placement import Placements, place_on_ground
 from scenes.rig.pose import Instances
 from scenes.rig.rigged_prototype import RiggedPrototype
-from scenes.terrain.ground import Ground
 
 X, Y, YAW, PHASE, STRIDE_FACTOR, EIGHTHS = range(6)
 """Columns of ``ActedFrame.places``, as in ``scenes.actors.body.Posture``."""
@@ -101,10 +99,6 @@ class Performance:
         while len(self._frames) < number and self._act is not None:
             self._frames.append(self._act())
         return self._frames[number - 1]
-
-    def all_frames(self) -> tuple[ActedFrame, ...]:
-        """Return all frames, and the one after the last, which motion ends in."""
-        return tuple(self.frame(number) for number in range(1, self.most + 2))
 
     def between(self, at: float) -> ActedFrame:
         """Return how actors stand at a frame or between two; before the first, they go backwards.
@@ -180,8 +174,24 @@ class Track(NamedTuple):
 
 
 def track_of(performance: Performance) -> Track:
-    """Act all frames, and lay them out as arrays."""
-    return _laid_out(performance.names, performance.all_frames())
+    """Act all frames, and the one after the last, which motion ends in; lay them out as arrays."""
+    frames = [performance.frame(number) for number in range(1, performance.most + 2)]
+    held = [
+        ((frame, actor, joint), turn)
+        for frame, each in enumerate(frames)
+        for actor in sorted(each.held)
+        for joint, turn in each.held[actor]
+    ]
+    size = len(frames), len(performance.names)
+    return Track(
+        performance.names,
+        np.array([each.places for each in frames]).reshape(*size, 6),
+        np.array([each.updated for each in frames]).reshape(size),
+        np.array([each.bound_px for each in frames]).reshape(size),
+        np.array([each.eye or (np.nan,) * 5 for each in frames], np.float64),
+        np.array([at for at, _ in held], np.int64).reshape(-1, 3),
+        np.array([turn for _, turn in held], np.float64).reshape(-1, 4),
+    )
 
 
 def performance_of(track: Track) -> Performance:
@@ -220,28 +230,6 @@ def from_bytes(data: bytes) -> Track:
     if track.digest != digest:
         raise ValueError("its numbers do not have the hash that it says")
     return track
-
-
-def _laid_out(names: Sequence[str], frames: Sequence[ActedFrame]) -> Track:
-    at = [
-        (frame, actor, joint)
-        for frame, each in enumerate(frames)
-        for actor in sorted(each.held)
-        for joint, _ in each.held[actor]
-    ]
-    turns = [turn for each in frames for actor in sorted(each.held) for _, turn in each.held[actor]]
-    return Track(
-        tuple(names),
-        np.array([each.places for each in frames]).reshape(len(frames), len(names), 6),
-        np.array([each.updated for each in frames]).reshape(len(frames), len(names)),
-        np.array([each.bound_px for each in frames]).reshape(len(frames), len(names)),
-        np.array([each.eye or (np.nan,) * 5 for each in frames], np.float64),
-        np.array(at, np.int64).reshape(-1, 3),
-        np.array(turns, np.float64).reshape(-1, 4),
-    )
-
-
-_HeldRows = tuple[tuple[int, Components], ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -331,14 +319,14 @@ class Cast:
         places = acted.places[actor]
         if before is not None:
             places = np.where(np.isfinite(places), places, before.places)
-        variants = [self._variant(acted, k, places[i]) for i, k in enumerate(actor.tolist())]
+        eighths = places[:, EIGHTHS].astype(int).tolist()
+        variants = [
+            posed_prototype(self.prototypes[k], share, acted.held.get(k, ()))
+            for k, share in zip(actor.tolist(), eighths, strict=True)
+        ]
         rows = {each: row for row, each in enumerate(dict.fromkeys(variants))}
         row = np.array([rows[each] for each in variants], np.int64)
         return Standing(actor, places, species_prototypes(tuple(rows)), row)
-
-    def _variant(self, acted: ActedFrame, actor: int, place: np.ndarray) -> RiggedPrototype:
-        held = acted.held.get(actor, ())
-        return posed_prototype(self.prototypes[actor], int(place[EIGHTHS]), held)
 
     def _placed(self, standing: Standing, corner: Corner) -> Instances:
         places = standing.places
@@ -358,7 +346,9 @@ class Cast:
 
 
 @lru_cache(maxsize=1024)
-def posed_prototype(prototype: RiggedPrototype, eighths: int, held: _HeldRows) -> RiggedPrototype:
+def posed_prototype(
+    prototype: RiggedPrototype, eighths: int, held: tuple[tuple[int, Components], ...]
+) -> RiggedPrototype:
     """Return the prototype with so much of its walk, and joints held in these orientations.
 
     A leg of which a joint is held does not follow the ground.

@@ -105,7 +105,7 @@ class Stage(ObjectWithParts):
         """Return the names of the bodies within a radius of one [m], the nearest first."""
         self._look_up(name)
         if self._tree is None:
-            places = self._coasted().places[:, (X, Y)]
+            places = self.standings().places[:, (X, Y)]
             # Who has left is farther away than anyone looks.
             self._tree = cKDTree(np.where(np.isfinite(places), places, 1e18))
         row, known, xy = self._rows[name], self.names(), self._tree.data
@@ -113,11 +113,6 @@ class Stage(ObjectWithParts):
         away = np.hypot(*(xy[inside] - xy[row]).T)
         order = inside[np.argsort(away, kind="stable")].tolist()
         return tuple(known[other] for other in order if other != row)
-
-    @query
-    def standings(self) -> Standings:
-        """Return how all bodies stand now; those that nobody has asked coast."""
-        return self._coasted()
 
     def intercept(self, message: Message) -> Message | Refusal:
         """Bring whoever is asked up to date, and answer where parts are."""
@@ -149,8 +144,9 @@ class Stage(ObjectWithParts):
         if kept:
             self._up_to_date.add(name)
 
-    def _coasted(self) -> Standings:
-        """Ask the bodies that have changed how they stand, and let all others coast till now."""
+    @query
+    def standings(self) -> Standings:
+        """Return how all bodies stand now: asks those that have changed, and lets others coast."""
         for name in sorted(self._stale, key=self._rows.__getitem__):
             row = self._rows[name]
             if name not in self._up_to_date:

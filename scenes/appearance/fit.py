@@ -34,8 +34,7 @@ from lod.arrays import Ints, Points, Reals
 from lod.shapes import StickTable
 from lod.threads import map_chunks
 from scenes.appearance.visible_area import CrownViews, look_at
-from scenes.processes.content_cache import kept
-from scenes.processes.content_key import content_key
+from scenes.processes.cache import content_key, kept
 from scenes.processes.progress import tell
 from scenes.sticks.areas import COARSE, directions, mean_area, mean_outline_areas
 from scenes.sticks.by_view import ELEVATIONS_DEG, ViewDependence, with_area_share
@@ -51,7 +50,7 @@ STEPS = 3
 """Steps to the right cover from each elevation."""
 
 
-CODE = ("lod", "scenes.sticks", "scenes.appearance", "scenes.terrain.colour")
+CODE = ("lod", "scenes.sticks", "scenes.appearance", "scenes.ground.shading")
 """Sources that a fit depends on."""
 
 _COLUMNS = tuple(each.name for each in fields(StickTable))

@@ -11,8 +11,7 @@ import numpy as np
 from numba import njit
 
 from lod.arrays import ArrayData, FloatArray, Reals
-from scenes.processes.content_cache import kept
-from scenes.processes.content_key import content_key
+from scenes.processes.cache import content_key, kept
 
 SKY_ROWS, SKY_COLUMNS = 8, 6
 """Cells of the sky: rows even in the sine of elevation, columns even in azimuth from the sun.
@@ -54,7 +53,7 @@ def sky_at(elevation_deg: float, turbidity: float) -> Sky:
     """Return the sky with the sun at an elevation, clipped to the range of the table.
 
     It is Mitsuba's ``sunsky`` (Hosek & Wilkie, "An analytic model for full spectral sky-dome
-    radiance", SIGGRAPH 2012), as ``python -m bench.calibrate.sky_table`` averages it.
+    radiance", SIGGRAPH 2012), as ``python -m tests.tools.sky_table`` averages it.
     """
     nodes = TURBIDITIES, ELEVATIONS_DEG
     at = [

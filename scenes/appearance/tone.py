@@ -7,7 +7,7 @@ that meet s of the shapes. Light comes from sun and sky, among the object's part
 the ground. The object stands alone on level ground. All that is needed is geometry and albedo.
 
 Light is followed from far eyes back to sun and sky, along paths as of
-``scenes.far_cover.stand_paths`` through a single object. Those that meet shapes which stand for
+``scenes.ground.stand`` through a single object. Those that meet shapes which stand for
 hidden parts are kept apart by how often they do, so that the light for any albedo of these shapes
 is a polynomial in it.
 """
@@ -26,13 +26,12 @@ from lod.threads import map_chunks
 from scenes.appearance.fit import CODE
 from scenes.appearance.ray_grid import Grids, intersect_ray, make_grids, normal_at
 from scenes.appearance.sky import SunAndSky, cosine_direction, sky_at
-from scenes.processes.content_cache import kept
-from scenes.processes.content_key import content_key
+from scenes.ground.shading import GROUND_MATERIALS
+from scenes.processes.cache import content_key, kept
 from scenes.processes.progress import tell
 from scenes.sticks.by_view import AZIMUTHS_DEG, ELEVATIONS_DEG, with_area_share
 from scenes.sticks.prototype import LUMINANCE, Prototype
 from scenes.sticks.shapes import Shapes
-from scenes.terrain.colour import GROUND_MATERIALS
 
 LINES = 80_000
 """Lines of sight from each elevation, over all objects that are fitted together."""

@@ -1,8 +1,6 @@
-"""Bounds of where objects of a field can be displayed at all, and which cells lie within them.
+"""A Poisson process on an endless plane, drawn cell by cell from a counter-based hash (§4.1).
 
-A Poisson process on an endless plane, drawn cell by cell from a counter-based hash (§4.1).
-
-Which cells of a field a frame visits: those from which a whole could pass its test.
+A frame visits only the cells from which a whole could pass its test.
 """
 
 import math
@@ -14,13 +12,12 @@ import numpy as np
 from jaxtyping import Float64
 from numba import njit
 
-from lod.arrays import Reals, expand, freeze
+from lod.arrays import ArrayData, FloatArray, IntArray, Ints, Reals, expand
 from lod.camera import Corner
 from lod.errors import InputError
 from lod.view import View, compile_view, search_radius, sphere_in_frustum
 from scenes.noise import hash_name, philox4x64, unit_float
-from scenes.processes.content_cache import kept
-from scenes.processes.content_key import content_key
+from scenes.processes.cache import content_key, kept
 
 
 class SearchBounds(NamedTuple):
@@ -99,12 +96,14 @@ def cell_reach(view: View, bounds: SearchBounds, side: float) -> CellReach:
 @njit(cache=True)
 def cell_in_reach(view, east, north, side, reach):  # type: ignore[no-untyped-def]
     """Tell whether the cell about that middle may hold a displayed whole, in view or out of it."""
-    near = horizontal_distance(view, east, north, side)
+    aside_x = max(abs(east - view.eye[0]) - side / 2, 0.0)
+    aside_y = max(abs(north - view.eye[1]) - side / 2, 0.0)
+    near = math.sqrt(aside_x * aside_x + aside_y * aside_y)
     if near > reach.horizontal:
         return False
     if view.look_around:
         return True
-    away = min_distance(near, reach.max_offset, reach.height_gap)
+    away = _min_distance(near, reach.max_offset, reach.height_gap)
     if away > reach.limit:
         return False
     if not away > reach.limit_offscreen:
@@ -112,16 +111,8 @@ def cell_in_reach(view, east, north, side, reach):  # type: ignore[no-untyped-de
     return sphere_in_frustum(view, east, north, reach.mid_height, reach.radius)
 
 
-@njit(cache=True)
-def horizontal_distance(view, east, north, side):  # type: ignore[no-untyped-def]
-    """Compute the distance in plan from the eye to the cell about that middle [m]; 0 inside it."""
-    aside_x = max(abs(east - view.eye[0]) - side / 2, 0.0)
-    aside_y = max(abs(north - view.eye[1]) - side / 2, 0.0)
-    return math.sqrt(aside_x * aside_x + aside_y * aside_y)
-
-
 @njit(cache=True, inline="always")
-def min_distance(horizontal, max_offset, height_gap):  # type: ignore[no-untyped-def]
+def _min_distance(horizontal, max_offset, height_gap):  # type: ignore[no-untyped-def]
     """Least true distance from the eye of anything that may be ``max_offset`` nearer in plan than
     ``horizontal``, and is at least ``height_gap`` higher or lower [m].
     """
@@ -129,16 +120,8 @@ def min_distance(horizontal, max_offset, height_gap):  # type: ignore[no-untyped
     return math.sqrt(nearer * nearer + height_gap * height_gap)
 
 
-_MEAN_PER_CELL = 2.0
-"""Cells are the squares of side 2^j m that hold about this many objects, between half and twice."""
-
-
-_THINNEST = 1e-24
-"""Below this density cells have their largest side [1/m²]."""
-
-
 @dataclass(frozen=True, eq=False)
-class CellSamples:
+class CellSamples(ArrayData):
     """Objects drawn from some cells, in the order of the cells.
 
     cell_x, cell_y, index  (n,) the object's identity: its cell in the species' lattice, and which
@@ -147,19 +130,16 @@ class CellSamples:
             phase of motion, which way round, stride, and the one that habitats compare
     """
 
-    cell_x: np.ndarray
-    cell_y: np.ndarray
-    index: np.ndarray
-    u: np.ndarray
-
-    def __post_init__(self) -> None:
-        freeze(self, cell_x=np.int64, cell_y=np.int64, index=np.int64, u=np.float64)
+    cell_x: IntArray
+    cell_y: IntArray
+    index: IntArray
+    u: FloatArray
 
     def __len__(self) -> int:
         return len(self.index)
 
     def take(self, rows: np.ndarray) -> "CellSamples":
-        """Return the objects at ``rows`` (indices or flags)."""
+        """Select the objects at ``rows`` (indices or flags)."""
         return CellSamples(self.cell_x[rows], self.cell_y[rows], self.index[rows], self.u[rows])
 
 
@@ -194,8 +174,8 @@ class PoissonCells:
 
     @property
     def exponent(self) -> int:
-        """j: the cells are squares of side 2^j m."""
-        j = round(0.5 * math.log2(_MEAN_PER_CELL / max(self.density, _THINNEST)))
+        """j: cells are squares of side 2^j m that hold about 2 objects, between half and twice."""
+        j = round(0.5 * math.log2(2.0 / max(self.density, 1e-24)))
         return min(max(j, -3), 40)
 
     @property
@@ -219,21 +199,6 @@ class PoissonCells:
         x, y = cell_x[row], cell_y[row]
         return CellSamples(x, y, index, _uniforms(x, y, index, self.key))
 
-    def candidates(
-        self, cell_x: np.ndarray, cell_y: np.ndarray, view: View, bounds: SearchBounds
-    ) -> tuple[CellSamples, int]:
-        """Draw the objects of cells that could be displayed, and count those in the window.
-
-        An object beyond every limit is rejected by its place and prototype alone.
-        """
-        count = _counts(cell_x, cell_y, self.key, self._cumulative)
-        cells, lattice = (cell_x, cell_y, count), self.lattice(view.camera.corner)
-        room = int(count.sum())
-        name, u = np.empty((3, room), np.int64), np.empty((room, 8))
-        compiled = compile_view(view)
-        kept, examined = _candidates(cells, self.key, lattice, compiled, bounds, name, u)
-        return CellSamples(name[0, :kept], name[1, :kept], name[2, :kept], u[:kept]), examined
-
     def positions(self, corner: Corner, samples: CellSamples) -> Float64[np.ndarray, "n 2"]:
         """Compute the places of objects at home, (n, 2) [m] from the corner."""
         lattice = self.lattice(corner)
@@ -253,15 +218,32 @@ class PoissonCells:
     def _cumulative(self) -> np.ndarray:
         """The Poisson distribution function of a cell's count, as far as it matters."""
         mean = self.density * self.side_m**2
-        key = content_key(float(mean))
-        return kept("cells", key, lambda: {"cumulative": _distribution(mean)})["cumulative"]
+
+        def distribution() -> dict[str, np.ndarray]:
+            from scipy.special import pdtr  # slow to import, and what it finds is kept
+
+            return {
+                "cumulative": pdtr(np.arange(math.ceil(mean + 12 * math.sqrt(mean) + 30)), mean)
+            }
+
+        return kept("cells", content_key(float(mean)), distribution)["cumulative"]
 
 
-def _distribution(mean: float) -> np.ndarray:
-    from scipy.special import pdtr  # dear to import, and what it finds is kept
+def candidates(
+    cells: PoissonCells, view: View, bounds: SearchBounds, visited: tuple[Ints, Ints] | None = None
+) -> tuple[CellSamples, int]:
+    """Draw the objects of a field that could be displayed, and count those in the window.
 
-    found: np.ndarray = pdtr(np.arange(math.ceil(mean + 12 * math.sqrt(mean) + 30)), mean)
-    return found
+    visited: x and y of cells, (n,) each; None = those in reach. An object beyond every limit is
+    rejected by its place and prototype alone.
+    """
+    cell_x, cell_y = cells_in_reach(cells, view, bounds) if visited is None else visited
+    count = _counts(cell_x, cell_y, cells.key, cells._cumulative)
+    lattice, room = cells.lattice(view.camera.corner), int(count.sum())
+    name, u = np.empty((3, room), np.int64), np.empty((room, 8))
+    drawn = (cell_x, cell_y, count), cells.key, lattice
+    kept, examined = _candidates(*drawn, compile_view(view), bounds, name, u)
+    return CellSamples(name[0, :kept], name[1, :kept], name[2, :kept], u[:kept]), examined
 
 
 @njit(cache=True)
@@ -336,7 +318,7 @@ def _could_pass(view, bounds, kind, east, north):  # type: ignore[no-untyped-def
     """
     gap = max(0.0, view.eye[2] - bounds.high, bounds.low - view.eye[2])
     away = math.sqrt((east - view.eye[0]) ** 2 + (north - view.eye[1]) ** 2)
-    away = min_distance(away, bounds.max_offset, gap) * (1 - 1e-9)
+    away = _min_distance(away, bounds.max_offset, gap) * (1 - 1e-9)
     passed = away < bounds.limit[kind]
     if passed and not away < bounds.limit_offscreen[kind]:
         spread = (bounds.high - bounds.low) / 2 + bounds.max_offset
@@ -344,11 +326,6 @@ def _could_pass(view, bounds, kind, east, north):  # type: ignore[no-untyped-def
         middle = (bounds.low + bounds.high) / 2
         passed = sphere_in_frustum(view, east, north, middle, radius)
     return passed
-
-
-def candidates(cells: PoissonCells, view: View, bounds: SearchBounds) -> tuple[CellSamples, int]:
-    """Return the objects of a field that could be displayed, and how many were examined."""
-    return cells.candidates(*cells_in_reach(cells, view, bounds), view, bounds)
 
 
 def cells_in_reach(
@@ -369,26 +346,24 @@ def search_spans(
     """
     side, lattice = cells.side_m, cells.lattice(view.camera.corner)
     reach, window = cell_reach(view, bounds, side).horizontal / side, bounds.half_window / side
+    if math.isinf(reach) and math.isinf(window):
+        rule, cure = "this metric needs a finite world", "-D world.extent=500"
+        raise InputError("world.extent", None, rule, cure)
     east, north = view.camera.eye[:2].tolist()
-    x_range = _span(lattice.cell_x, (east + lattice.rest_x) / side, reach, window)
-    return *x_range, *_span(lattice.cell_y, (north + lattice.rest_y) / side, reach, window)
 
+    def span(first: int, eye: float) -> tuple[int, int]:
+        lows, highs = [], []
+        if math.isfinite(window):
+            lows.append(math.floor(-window))
+            highs.append(math.floor(window))
+        if math.isfinite(reach):
+            lows.append(first + math.floor(eye - reach))
+            highs.append(first + math.floor(eye + reach))
+        low, high = max(lows), min(highs)
+        return (low, high + 1) if low <= high else (0, 0)
 
-def _span(first: int, eye: float, reach: float, half_window: float) -> tuple[int, int]:
-    """Range of cell numbers within ``reach`` cells of the eye, cut to the window."""
-    if math.isinf(reach) and math.isinf(half_window):
-        raise InputError(
-            "world.extent", None, "this metric needs a finite world", "-D world.extent=500"
-        )
-    lows, highs = [], []
-    if math.isfinite(half_window):
-        lows.append(math.floor(-half_window))
-        highs.append(math.floor(half_window))
-    if math.isfinite(reach):
-        lows.append(first + math.floor(eye - reach))
-        highs.append(first + math.floor(eye + reach))
-    low, high = max(lows), min(highs)
-    return (low, high + 1) if low <= high else (0, 0)
+    x_range = span(lattice.cell_x, (east + lattice.rest_x) / side)
+    return *x_range, *span(lattice.cell_y, (north + lattice.rest_y) / side)
 
 
 @njit(cache=True)

@@ -1,22 +1,18 @@
-"""Sticks of displayed parts, posed and laid out in one compiled loop.
+"""Sticks and meshes of displayed parts, posed: carried by the joints of their parts.
 
-Their ends are where ``scenes.rig.pose.pose_points`` puts them, and their radii cover each stick's
-share of its area (``lod.crossfade``). Positions are float64 up to the renderer's door.
-
-Meshes of displayed parts, posed: vertices and normals carried by the joints of their parts.
-
-A part that fades shrinks about its origin, so that its area is the share that it shows.
+The ends of sticks are where ``scenes.rig.pose.pose_points`` puts them, and their radii cover each
+stick's share of its area (``lod.crossfade``). Positions are float64 up to the renderer's door. A
+mesh that fades shrinks about the origin of its part, so that its area is the share that it shows.
 """
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
 from lod.arrays import Ints, Reals, expand
 from lod.crossfade import radius_factor
-from lod.shapes import MeshTable, Sticks, Triangles
+from lod.shapes import Sticks, Triangles
 from lod.threads import map_chunks
 from scenes.field.part_tables import DisplayedSticks, PartTables
 from scenes.rig.pose import (
@@ -35,26 +31,6 @@ _SHORTEST_RUN = 8192
 """Sticks for which another thread is worth its start."""
 
 
-class _StickColumns(NamedTuple):
-    """Rigged sticks as the loop reads them: ends (k, 3) in the frames of their joints, joints (k,),
-    radii (k,) [m]."""
-
-    start: np.ndarray
-    end: np.ndarray
-    start_joint: np.ndarray
-    end_joint: np.ndarray
-    start_radius: np.ndarray
-    end_radius: np.ndarray
-
-
-class _PosedSticks(NamedTuple):
-    """Where the loop writes: ends (n, 3), radii at both (2, n) [m]."""
-
-    start: np.ndarray
-    end: np.ndarray
-    radii: np.ndarray
-
-
 def emit(
     pose_tables: PoseTables,
     part_tables: PartTables,
@@ -63,28 +39,27 @@ def emit(
     displayed: DisplayedSticks,
 ) -> Sticks:
     """Pose the sticks of displayed parts; ``objects`` (n,) are rows in ``instances``."""
-    table = _StickColumns(*(getattr(part_tables.sticks, name) for name in _StickColumns._fields))
-    n, columns = len(displayed.stick), instances.columns()
-    posed = _PosedSticks(np.empty((n, 3)), np.empty((n, 3)), np.empty((2, n)))
+    sticks, n, columns = part_tables.sticks, len(displayed.stick), instances.columns()
+    ends, joints = (sticks.start, sticks.end), (sticks.start_joint, sticks.end_joint)
+    table = *ends, *joints, sticks.start_radius, sticks.end_radius
+    start, end, radii = np.empty((n, 3)), np.empty((n, 3)), np.empty((2, n))
 
     def run(first: int, last: int) -> None:
         rows = slice(first, last)
         own = DisplayedSticks(*(column[rows] for column in displayed))
-        out = _PosedSticks(posed.start[rows], posed.end[rows], posed.radii[:, rows])
+        out = start[rows], end[rows], radii[:, rows]
         _emit(pose_tables.columns, pose_tables.max_joints, columns, objects, own, table, out)
 
     map_chunks(run, n, _SHORTEST_RUN)
-    start, end, radii = posed
-    return Sticks(
-        start, end, radii[0], radii[1], displayed.tint, part_tables.tints, displayed.owner
-    )
+    tints = displayed.tint, part_tables.tints
+    return Sticks(start, end, radii[0], radii[1], *tints, displayed.owner)
 
 
 @njit(cache=True, nogil=True)
 def _emit(t, max_joints, instances, objects, displayed, table, out):  # type: ignore[no-untyped-def]
     """Pose the displayed sticks into ``out``, object by object: each joint once."""
     owner, stick, share, _ = displayed
-    joint0, joint1 = table.start_joint, table.end_joint
+    _, _, joint0, joint1, _, _ = table
     n = len(stick)
     buffers = pose_buffers(max_joints)
     m = 0
@@ -155,13 +130,6 @@ def emit_meshes(
     of_face, face = _expanded(meshes.first_face, part)
     faces = meshes.faces[face] + shift[of_face, None]
     return Triangles(vertices, normals, meshes.colours[vertex], faces, rows[of_face])
-
-
-def triangles_of(meshes: MeshTable | None, parts: Ints) -> Reals:
-    """Return how many triangles each of these parts shows, (n,)."""
-    if meshes is None:
-        return np.zeros(len(parts))
-    return meshes.count[parts].astype(np.float64)
 
 
 def _expanded(first: np.ndarray, parts: np.ndarray) -> tuple[Ints, Ints]:

@@ -29,8 +29,7 @@ from scenes.sticks.by_view import (
 _SHORTEST_RUN = 16384
 """Parts for which another thread is worth its start."""
 
-_GOLDEN = (math.sqrt(5) - 1) / 2
-"""Multiples of it fall evenly on 0 to 1 (Weyl)."""
+_GOLDEN = (math.sqrt(5) - 1) / 2  # multiples of it fall evenly on 0 to 1 (Weyl)
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,23 +75,26 @@ class PartTables(ArrayData):
         rest = np.concatenate([tree.position for tree in trees])
         pairs = list(zip(trees, order_start, root, strict=True))
         sticks, tints, view_dependence = _appearances(prototypes)
+        names = {"bound": "B"} | {k: k for k in ("level", "share", "overlap", "part_count")}
+        columns = {k: np.concatenate([getattr(t, own) for t in trees]) for k, own in names.items()}
+        meshes = None
+        if any(each.meshes is not None for each in prototypes):
+            empty = (MeshTable.of([None] * len(each.joint)) for each in prototypes)
+            own = [p.meshes or none for p, none in zip(prototypes, empty, strict=True)]
+            meshes = MeshTable.concatenate(own)
         return PartTables(
             hierarchies=trees,
             root=root,
             joint=joint,
             origin=np.concatenate([prototype.place for prototype in prototypes]),
             rest=rest,
-            bound=np.concatenate([tree.B for tree in trees]),
-            level=np.concatenate([tree.level for tree in trees]),
-            share=np.concatenate([tree.share for tree in trees]),
-            overlap=np.concatenate([tree.overlap for tree in trees]),
-            part_count=np.concatenate([tree.part_count for tree in trees]),
+            **columns,
             first_part=np.concatenate([tree.first_part + start for tree, start, _ in pairs]),
             order=np.concatenate([tree.order + row for tree, _, row in pairs]),
             sticks=sticks,
             tints=tints,
             view_dependence=view_dependence,
-            meshes=_meshes(prototypes),
+            meshes=meshes,
         )
 
     def limits(self, view: View, motion_step: int = 0) -> tuple[np.ndarray, np.ndarray]:
@@ -103,9 +105,9 @@ class PartTables(ArrayData):
         return _limits(self, view, motion_step)
 
     def limits_by_motion(self, view: View, max_step: float) -> np.ndarray:
-        """Limits of every row, in view and out of it, at every whole step of motion up to the next
-        after ``max_step``, (steps, m, 2) [m].
+        """Compute the limits of every row at whole steps of motion, (steps, m, 2) [m].
 
+        They are those in view and out of it, at each step up to the next after ``max_step``.
         Between two steps limits lie on the straight line: still clamped, and in clear air never
         below their own, for D is convex in m.
         """
@@ -121,14 +123,8 @@ class PartTables(ArrayData):
         """Return the displayed sticks of the parts in these rows, in their order."""
         views, table = self.view_dependence, self.sticks
         tables = views.table_row, views.area_share, views.tone_steps
-        asked = (
-            rows,
-            weights.inner,
-            weights.leaf,
-            weights.sin_elevation,
-            weights.cos_azimuth,
-            weights.hidden_area,
-        )
+        angles = weights.sin_elevation, weights.cos_azimuth
+        asked = rows, weights.inner, weights.leaf, *angles, weights.hidden_area
 
         def count(first: int, last: int) -> tuple[int, int]:
             return first, _count(table.first, *(each[first:last] for each in asked[:3]))
@@ -245,12 +241,3 @@ def _shown(prototype: RiggedPrototype) -> tuple[RiggedSticks, ViewDependence]:
     shown = prototype.meshes.count[leaf.owner] == 0
     rows = views.rows(len(leaf))[shown]
     return leaf.take(shown), replace(views, table_row=rows) if len(views.table_row) else views
-
-
-def _meshes(prototypes: tuple[RiggedPrototype, ...]) -> MeshTable | None:
-    """The meshes of all parts, part after part."""
-    if all(each.meshes is None for each in prototypes):
-        return None
-    return MeshTable.concatenate(
-        [each.meshes or MeshTable.of([None] * len(each.joint)) for each in prototypes]
-    )

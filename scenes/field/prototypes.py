@@ -1,10 +1,4 @@
-"""Prototypes whose leaf appearances shine as what they hide does in a world's light.
-
-Prototypes of one species that look the same but for their size are fitted once, and all of a
-species together: one table of tones stands for them (``scenes.appearance.tone``).
-
-Prototypes of a species compiled into tables, and the parts and sticks of its posed instances.
-"""
+"""Prototypes of a species compiled into tables, and the parts and sticks of its posed instances."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -12,7 +6,6 @@ from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
-from numba import njit
 
 from lod.arrays import ArrayData, FloatArray, Ints, Points
 from lod.motion import motion_steps
@@ -22,8 +15,8 @@ from lod.view import View
 from scenes.appearance.tone import Illumination, fit_tone
 from scenes.field.emission import emit, emit_meshes
 from scenes.field.part_tables import PartTables
-from scenes.field.traversal import DisplayedRows, TraversalTables, node_limits, traverse
-from scenes.processes.content_key import content_key
+from scenes.field.traversal import TraversalTables, node_limits, traverse
+from scenes.processes.cache import content_key
 from scenes.rig.pose import Instances, PoseTables, pose_points
 from scenes.rig.rigged_prototype import RiggedPrototype, rigged, speed_bound
 from scenes.sticks.prototype import Prototype
@@ -37,25 +30,19 @@ def lit_part_tables(
 
     Those without shapes that look otherwise from elsewhere stay as they are.
     """
-    kinds = {_look(each): each for each in prototypes}
+    # Those that look the same but for their size are fitted once, and all of a species together:
+    # one table of tones stands for them (``scenes.appearance.tone``).
+    views = [each.view_dependence for each in prototypes]
+    looks = [content_key(each.table_row, each.area_share) for each in views]
+    kinds = dict(zip(looks, prototypes, strict=True))
     objects = [each for each in kinds.values() if len(each.view_dependence.area_share)]
     if objects:
         at_rest = [each.posed() if isinstance(each, RiggedPrototype) else each for each in objects]
         tone = fit_tone(at_rest, illumination)
-        prototypes = tuple(_toned(each, tone) for each in prototypes)
+        toned = [replace(each, tone=tone[: len(each.area_share)]) for each in views]
+        pairs = zip(prototypes, toned, strict=True)
+        prototypes = tuple(replace(each, view_dependence=own) for each, own in pairs)
     return PartTables.of(tuple(map(rigged, prototypes)))
-
-
-def _look(prototype: Prototype | RiggedPrototype) -> str:
-    """Name what prototypes that differ by their size alone have in common."""
-    views = prototype.view_dependence
-    return content_key(views.table_row, views.area_share)
-
-
-def _toned(prototype: Prototype | RiggedPrototype, tone: np.ndarray) -> Prototype | RiggedPrototype:
-    levels = len(prototype.view_dependence.area_share)
-    views = replace(prototype.view_dependence, tone=tone[:levels])
-    return replace(prototype, view_dependence=views)
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,7 +96,14 @@ class SpeciesPrototypes:
     @cached_property
     def foot_parts(self) -> np.ndarray:
         """Tell whether each part of the part tables rides on an ankle, or below it, (m,)."""
-        return np.concatenate([_foot_parts(prototype) for prototype in self.rigged])
+        found = []
+        for each in self.rigged:
+            under = np.zeros(len(each.rig) + 1, bool)
+            under[each.motion.feet.legs[:, 2] + 1] = True
+            for row, parent in enumerate(each.rig.parent):
+                under[row + 1] |= under[parent + 1]
+            found.append(under[each.joint + 1])
+        return np.concatenate(found)
 
     @cached_property
     def max_offset_m(self) -> float:
@@ -147,15 +141,15 @@ class SpeciesPrototypes:
         limits = node_limits(nodes, tables, view, objects.max_step)
         steps = objects.motion_step
         rows = traverse(self.pose_tables, nodes, limits, objects.instances, steps, view)
-        return Cut(
-            rows.object,
-            rows.part,
-            tables.level.astype(np.int16)[rows.part],
-            rows.parent,
-            examined,
-            examined - len(objects) + rows.examined,
-            lambda: self._displayed_parts(objects, rows, view),
-        )
+
+        def load_parts() -> Parts:
+            object_, part, parent = (a.astype(np.int64) for a in rows[:3])
+            return self.parts(objects, object_, part, parent, view)
+
+        level = tables.level.astype(np.int16)[rows.part]
+        examined_parts = examined - len(objects) + rows.examined
+        cut = rows.object, rows.part, level, rows.parent
+        return Cut(*cut, examined, examined_parts, load_parts)
 
     def wholes(self, objects: InstancesInView, view: View) -> Parts:
         """Return the wholes of these objects."""
@@ -173,15 +167,25 @@ class SpeciesPrototypes:
     ) -> Parts:
         """Make a batch of parts from rows of their objects, of the tables and of parents, (k,)."""
         tables = self.part_tables
-        position = self._positions(objects.instances, rows, part)
+        position = self.positions(objects.instances, rows, part)
         limits = tables.limits_by_motion(view, objects.max_step)
-        inside, outside = _limits_at(limits, part, objects.motion_step[rows])
+        # Interpolated between whole steps of motion, as the traversal does it.
+        step = objects.motion_step[rows].astype(np.int64)
+        share, after = objects.motion_step[rows] - step, np.minimum(step + 1, len(limits) - 1)
+        sides = []
+        for side in range(2):
+            low = limits[step, part, side]
+            if objects.max_step > 0:
+                with np.errstate(invalid="ignore"):
+                    between = low + share * (limits[after, part, side] - low)
+                low = np.where(share > 0, between, low)
+            sides.append(low)
         return Parts(
             position=position,
             centre=position,
             bound=tables.bound[part],
-            limit=inside,
-            limit_offscreen=outside,
+            limit=sides[0],
+            limit_offscreen=sides[1],
             level=tables.level[part],
             object=rows,
             part=part,
@@ -193,9 +197,7 @@ class SpeciesPrototypes:
     def appearance(
         self, parts: Parts, weights: BlendWeights, illumination: Illumination | None = None
     ) -> Appearance:
-        """Return the sticks and meshes of displayed parts, as much of both appearances as they
-        show.
-        """
+        """Return sticks and meshes of displayed parts, as much of both appearances as they show."""
         sticks = self.sticks(parts, weights, illumination)
         if self.part_tables.meshes is None:
             return sticks
@@ -218,18 +220,10 @@ class SpeciesPrototypes:
         instances = parts.state.instances
         return emit(self.pose_tables, tables, instances, parts.object, displayed)
 
-    def root_positions(self, instances: Instances) -> Points:
-        """Return the origins of the wholes, (n, 3) [m]."""
-        rows = np.arange(len(instances))
-        return self._positions(instances, rows, self.part_tables.root[instances.prototype])
-
-    def _positions(self, instances: Instances, rows: Ints, part: Ints) -> Points:
+    def positions(self, instances: Instances, rows: Ints, part: Ints) -> Points:
+        """Compute the origins of parts of posed objects, (k,) rows of each, (k, 3) [m]."""
         origin, joint = self.part_tables.origin, self.part_tables.joint
         return pose_points(self.pose_tables, instances, rows, part, origin, joint)
-
-    def _displayed_parts(self, objects: InstancesInView, rows: DisplayedRows, view: View) -> Parts:
-        object_, part, parent = (a.astype(np.int64) for a in rows[:3])
-        return self.parts(objects, object_, part, parent, view)
 
 
 @lru_cache(maxsize=64)
@@ -258,40 +252,15 @@ def instances_in_view(
     if len(placed) == 1 or view.shutter is None:
         return InstancesInView(instances, samples, np.zeros(len(instances)))
     _, opens, closes = placed
-    start, end = (prototypes.root_positions(each) for each in (opens, closes))
-    bound = prototypes.part_tables.bound[prototypes.part_tables.root][instances.prototype]
+    rows, root = np.arange(len(instances)), prototypes.part_tables.root[instances.prototype]
+    start, end = (prototypes.positions(each, rows, root) for each in (opens, closes))
+    bound = prototypes.part_tables.bound[root]
     turn = np.sqrt((closes.cos - opens.cos) ** 2 + (closes.sin - opens.sin) ** 2)
     # The origin of the whole may swing one way and something of it the other.
     own = 2 * prototypes.max_speed[instances.prototype] * view.shutter.duration_s + turn * bound
     corner = view.camera.corner
     steps = motion_steps(view.shutter, corner, view.theta, start, end, bound, own)
     return InstancesInView(instances, samples, steps)
-
-
-@njit(cache=True)
-def _limits_at(limits, part, motion_step):  # type: ignore[no-untyped-def]
-    """Limits of parts (n,), in view and out of it, (2, n) [m], as the traversal interpolates them.
-
-    limits (steps, m, 2) at whole steps of motion; motion_step (n,) of each part's object
-    """
-    found = np.empty((2, len(part)))
-    for i in range(len(part)):
-        step = int(motion_step[i])
-        share = motion_step[i] - step
-        for side in range(2):
-            found[side, i] = limits[step, part[i], side]
-            if share > 0:
-                found[side, i] += share * (limits[step + 1, part[i], side] - found[side, i])
-    return found
-
-
-def _foot_parts(prototype: RiggedPrototype) -> np.ndarray:
-    """Whether each part of a prototype rides on an ankle, or below it, (n,)."""
-    under = np.zeros(len(prototype.rig) + 1, bool)
-    under[prototype.motion.feet.legs[:, 2] + 1] = True
-    for row, parent in enumerate(prototype.rig.parent):
-        under[row + 1] |= under[parent + 1]
-    return under[prototype.joint + 1]
 
 
 def _max_sway(prototype: RiggedPrototype) -> float:

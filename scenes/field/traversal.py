@@ -1,9 +1,4 @@
-"""The parts of all prototypes of a species in the order in which the compiled traversal reads them.
-
-Roots come first, then the parts of one whole side by side, so that each step down the tree reads
-neighbouring rows.
-
-The compiled traversal of the parts of posed objects, from the root down to what fails its test.
+"""The compiled traversal of the parts of posed objects, from the root down to what fails its test.
 
 One object at a time, its parts level by level. Most tests are decided before the part's position is
 known: a part that is never farther than w from where the root rests, whose distance is d, passes
@@ -22,15 +17,13 @@ from numba import njit
 from lod.arrays import Reals
 from lod.hierarchy import Hierarchy
 from lod.threads import map_chunks
-from lod.view import CompiledView, View, compile_view, distance_to, is_displayed, sphere_in_frustum
+from lod.view import View, compile_view, distance_to, is_displayed, sphere_in_frustum
 from scenes.field.part_tables import PartTables
 from scenes.rig.pose import (
     IDENTITY,
     NO_POSE,
     POSED,
-    InstanceColumns,
     Instances,
-    PoseColumns,
     PoseTables,
     begin_pose,
     mark_joint,
@@ -46,6 +39,9 @@ _ROUNDING_M = 1e-6
 
 class TraversalTables(NamedTuple):
     """Nodes of the hierarchies of all prototypes, (s,), and what bounds each prototype, (v,).
+
+    Roots come first, then the parts of one whole side by side, so that each step down the tree
+    reads neighbouring rows.
 
     origin  (s, 3) of the part, in the frame of its joint [m]; bound (s,) its B [m]
     max_displacement (s,) farthest that this origin can be from where the root rests, in any pose
@@ -102,10 +98,9 @@ def _max_displacement(tree: Hierarchy, sway_m: float) -> np.ndarray:
 def node_limits(
     nodes: TraversalTables, tables: PartTables, view: View, max_steps: float
 ) -> np.ndarray:
-    """Maximal displacement, limit distances in view and out of it, and bound, of every node,
-    (steps, s, 4) [m].
+    """Compute what bounds every node at steps of motion (``limits_by_motion``), (steps, s, 4) [m].
 
-    steps: of motion, as in ``PartTables.limits_by_motion``
+    They are its maximal displacement, its limit distances in view and out of it, and its bound.
     """
     limits = tables.limits_by_motion(view, max_steps)[:, nodes.nodes[:, 0]]
     table = np.empty((*limits.shape[:2], 4))
@@ -114,7 +109,8 @@ def node_limits(
 
 
 _ROOM = 2**20
-"""Rows in one buffer at first; memory is taken only as it fills."""
+"""Rows in the first buffer, each of which is twice as large as the one before; memory is taken only
+as it fills."""
 
 _UNKNOWN, _FAILS, _PASSES, _BY_VIEW, _BY_POSITION = 0, 1, 2, 3, 4
 """What is known of a part's test before its position: its outcome, or what decides it."""
@@ -124,26 +120,15 @@ _SHORTEST_RUN = 256
 
 
 class DisplayedRows(NamedTuple):
-    """Displayed parts: object, row in the part tables, and row here of the parent (−1 for roots),
-    (n,) int32 each; and how many parts were examined.
+    """Displayed parts, (n,) int32 each, and how many parts were examined.
+
+    object, part  rows of the object and in the part tables; parent: row here, −1 for roots
     """
 
     object: np.ndarray
     part: np.ndarray
     parent: np.ndarray
     examined: int
-
-
-class _Input(NamedTuple):
-    """What a traversal reads: poses, the view, the objects' columns, nodes and their limits."""
-
-    pose: PoseColumns
-    max_joints: int
-    compiled_view: CompiledView
-    instances: InstanceColumns
-    motion_step: np.ndarray
-    nodes: TraversalTables
-    limits: np.ndarray
 
 
 def traverse(
@@ -159,32 +144,23 @@ def traverse(
     limits (steps, s, 4): as ``node_limits`` gives them; motion_step (n,): how much motion hides of
         each object, on the scale of lod.motion
     """
-    tables, columns = (pose_tables.columns, pose_tables.max_joints), instances.columns()
-    given = _Input(*tables, compile_view(view), columns, motion_step, nodes, limits)
+    poses, columns = (pose_tables.columns, pose_tables.max_joints), instances.columns()
+    given = *poses, compile_view(view), columns, motion_step, nodes, limits
 
     def run(first: int, last: int) -> list[DisplayedRows]:
-        return _buffer_by_buffer(given, first, last)
+        done: list[DisplayedRows] = []
+        room = max(_ROOM, 2 * nodes.max_parts)
+        while first < last or not done:
+            out = np.empty((3, room), np.int32)
+            first, filled, examined = _traverse(given, first, last, out)
+            done.append(DisplayedRows(out[0, :filled], out[1, :filled], out[2, :filled], examined))
+            room *= 2
+        return done
 
-    runs = map_chunks(run, len(instances), _SHORTEST_RUN)
-    return _join([rows for each in runs for rows in each])
-
-
-def _buffer_by_buffer(given: _Input, first: int, last: int) -> list[DisplayedRows]:
-    """Displayed parts of objects first to last; each buffer is twice as large as the one before."""
-    done: list[DisplayedRows] = []
-    room = max(_ROOM, 2 * given.nodes.max_parts)
-    while first < last or not done:
-        out = np.empty((3, room), np.int32)
-        first, filled, examined = _traverse(given, first, last, out)
-        done.append(DisplayedRows(out[0, :filled], out[1, :filled], out[2, :filled], examined))
-        room *= 2
-    return done
-
-
-def _join(runs: list[DisplayedRows]) -> DisplayedRows:
-    """Runs end to end; rows of parents are counted from the first of all."""
+    runs = [rows for each in map_chunks(run, len(instances), _SHORTEST_RUN) for rows in each]
     if len(runs) == 1:
         return runs[0]
+    # Rows of parents are counted from the first of all.
     starts = np.cumsum([0] + [len(rows.part) for rows in runs])
     parents = [
         np.where(rows.parent < 0, rows.parent, rows.parent + np.int32(start))

@@ -1,13 +1,235 @@
-"""What one frame is rendered from, passed whole to the renderer; nothing here knows it."""
+"""What one representation displays in a frame, and how it looks at any time near the frame's.
 
+The window of a picture that is rendered: a crop, or the whole.
+
+How a frame is sampled: variant, samples, seed, depth of paths and kind of haze.
+
+What one frame is rendered from, passed whole to the renderer; nothing here knows it.
+"""
+
+import hashlib
+import struct
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+
+import numpy as np
 
 from lod.air import Air
 from lod.camera import Camera
-from scenes.frame.displayed import DisplayedRepresentation
-from scenes.frame.quality import Quality
+from lod.crossfade import blend_weights
+from lod.errors import InputError
+from lod.pruner import BlendWeights, Cut, Moving, Parts, Representation
+from lod.shapes import Appearance, Sticks, SticksAndTriangles
+from lod.update_schedule import DrawnState, apply_state
+from lod.view import View
 from scenes.world.light import Light
+
+
+@dataclass(frozen=True, eq=False)
+class Posing:
+    """How the displayed parts of a representation are posed and drawn at other times.
+
+    parts    the displayed parts as they stand at the view's time
+    weights  by which inner and leaf appearances are blended, whenever they are drawn
+    """
+
+    representation: Representation
+    parts: Parts
+    weights: BlendWeights
+    view: View
+
+    def parts_at(self, time_s: float) -> Parts:
+        """Return the displayed parts as they stand at a time; the very same where nothing moves."""
+        if time_s == self.view.time_s or not isinstance(self.representation, Moving):
+            return self.parts
+        return self.representation.later(self.parts, self.view, time_s)
+
+    def shape_at(self, time_s: float) -> Appearance:
+        """Return their appearance at a time, in the coordinates of the view's frame."""
+        return self.representation.appearance(self.parts_at(time_s), self.weights)
+
+    def moves(self, time_s: float) -> bool:
+        """Tell whether any of them stands elsewhere at that time."""
+        return self.parts_at(time_s) is not self.parts
+
+
+@dataclass(frozen=True, eq=False)
+class DisplayedRepresentation:
+    """What one representation displays at one time, in the coordinates of its frame.
+
+    cut     the displayed parts; ``shape.owner`` gives their rows
+    shape   their appearance
+    later   the same sticks and meshes a frame later, row by row; None where nothing moves till then
+    posing  gives the appearance at other times; None for what never moves
+    drawn   which sticks are still drawn as they were in an earlier frame; None: none are
+    """
+
+    name: str
+    cut: Cut
+    shape: Appearance
+    later: Sticks | SticksAndTriangles | None = None
+    posing: Posing | None = None
+    drawn: DrawnState | None = None
+
+    def moves(self, time_s: float) -> bool:
+        """Tell whether any displayed part stands elsewhere at that time."""
+        return self.posing is not None and self.posing.moves(time_s)
+
+    def at(self, time_s: float, later_s: float | None = None) -> "DisplayedRepresentation":
+        """Return the same parts drawn at a time, with where their sticks are at a later one."""
+        if self.posing is None:
+            return self
+        shape, later = self.shape, None
+        if self.moves(time_s):
+            shape = _drawn(self.drawn, self.posing.shape_at(time_s))
+        if later_s is not None and self.moves(later_s):
+            later = self.posing.shape_at(later_s)
+        if not isinstance(later, Sticks | SticksAndTriangles):
+            later = None
+        return replace(self, shape=shape, later=later)
+
+    def with_drawn(self, drawn: DrawnState) -> "DisplayedRepresentation":
+        """Return the same parts, of which some sticks are still drawn as they were."""
+        return replace(self, shape=_drawn(drawn, self.shape), drawn=drawn)
+
+
+def display(representation: Representation, cut: Cut, view: View) -> DisplayedRepresentation:
+    """Ask a representation for the appearance of the parts of a cut, at the view's time."""
+    posing = Posing(representation, cut.parts, blend_weights(cut, view), view)
+    shape = posing.shape_at(view.time_s)
+    return DisplayedRepresentation(representation.name, compact_ids(cut), shape, posing=posing)
+
+
+def compact_ids(cut: Cut) -> Cut:
+    """Number parts in their order where their addresses are longer than a frame's 32 bits."""
+    part = cut.part
+    if not len(part) or part.max() < 2**32:
+        return cut
+    numbers = np.unique(part, return_inverse=True)[1]
+    return replace(cut, part=numbers)
+
+
+def _drawn(drawn: DrawnState | None, shape: Appearance) -> Appearance:
+    return apply_state(drawn, shape) if drawn and isinstance(shape, Sticks) else shape
+
+
+@dataclass(frozen=True)
+class Window:
+    """A rectangle of pixels: from (left, top) to before (right, bottom), rows from the top."""
+
+    left: int
+    top: int
+    right: int
+    bottom: int
+
+    def __post_init__(self) -> None:
+        if not (0 <= self.left < self.right and 0 <= self.top < self.bottom):
+            raise InputError("render.crop", self, "a window with pixels in it, inside the picture")
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Return its width and height [px]."""
+        return self.right - self.left, self.bottom - self.top
+
+    def is_all_of(self, size: tuple[int, int]) -> bool:
+        """Tell whether it is a whole picture of that size."""
+        return (self.left, self.top) == (0, 0) and self.size == size
+
+    def share(self, pixels: slice, width: int) -> tuple[np.ndarray, slice]:
+        """Find what of a run of a picture's pixels lies in the window, row by row.
+
+        ``width`` is the picture's. Gives whether each pixel of the run does, (n,), and which run of
+        the window's own pixels those are.
+        """
+        number = np.arange(pixels.start, pixels.stop)
+        row, column = number // width, number % width
+        inside = (self.left <= column) & (column < self.right)
+        inside &= (self.top <= row) & (row < self.bottom)
+        if not inside.any():
+            return inside, slice(0, 0)
+        at = int(np.argmax(inside))
+        own = (row[at] - self.top) * self.size[0] + column[at] - self.left
+        return inside, slice(int(own), int(own) + int(np.count_nonzero(inside)))
+
+
+def whole_window(size: tuple[int, int]) -> Window:
+    """Return the window of a whole picture of that size [px]."""
+    return Window(0, 0, *size)
+
+
+SEED_LIMIT = 2**63
+
+
+HAZES = ("analytic", "scattered", "medium")
+"""Closed form whose airlight is the horizon's sky; closed form in the light of a layer of air,
+which scatters what sun, sky and ground send; a medium that scatters light (the reference)."""
+
+
+SampleWatch = Callable[[int], object]
+"""Called again and again while a frame is traced, with the number of samples just taken."""
+
+
+@dataclass(frozen=True)
+class Quality:
+    """How a frame is sampled.
+
+    variant    a Mitsuba variant that works here (see variants.choose)
+    spp        samples per pixel, taken exactly
+    max_depth  longest light path, in edges: 2 is direct light only
+    haze       one of HAZES: how the air between is worked out
+    sun_sampling  share of light samples for the sun against 1 for the sky; of those that were tried
+        12 has the least noise for the time (``lodbench study render_settings``)
+    sampler    a Mitsuba sampler for JIT variants; of those that were tried none has less noise for
+        the time than multijitter (the same study)
+    coverage   whether it is counted which objects the samples of a pixel meet
+    window     what of the picture is rendered; None = all of it
+    most_samples  traced at once: bounds memory, and how long Ctrl-C waits
+    """
+
+    variant: str
+    spp: int = 16
+    seed: int = 0
+    max_depth: int = 4
+    haze: str = "analytic"
+    sun_sampling: float = 12.0
+    sampler: str = "multijitter"
+    coverage: bool = False
+    window: Window | None = None
+    most_samples: int = 2**19
+
+    def __post_init__(self) -> None:
+        if not 1 <= self.spp <= 65536:
+            raise InputError("spp", self.spp, "from 1 to 65536 samples per pixel", "try 16")
+        if not 0 <= self.seed < SEED_LIMIT:
+            raise InputError("seed", self.seed, "from 0 to 2**63 - 1")
+        if not 1 <= self.max_depth <= 64:
+            raise InputError("max_depth", self.max_depth, "from 1 to 64", "try 4")
+        if self.haze not in HAZES:
+            raise InputError("haze", self.haze, f"one of {', '.join(HAZES)}", "try analytic")
+        if self.is_spectral and self.haze != "analytic":
+            rule = "analytic where pictures are spectral"
+            raise InputError("--haze", self.haze, rule, "leave out --spectral")
+
+    def window_of(self, size: tuple[int, int]) -> Window:
+        """Return the window that is rendered of a picture of that size [px]."""
+        return self.window or whole_window(size)
+
+    @property
+    def is_jit(self) -> bool:
+        """Tell whether the variant traces wavefronts of rays with code that it compiles."""
+        return not self.variant.startswith("scalar_")
+
+    @property
+    def is_spectral(self) -> bool:
+        """Tell whether light has wavelengths, and not just three colours."""
+        return self.variant.endswith("_spectral")
+
+
+def sampler_seed(seed: int, frame: int, *where: int) -> int:
+    """32 bits for Mitsuba's samplers: BLAKE2b of seed, frame and place as 8-byte integers."""
+    words = struct.pack(f"<Q{1 + len(where)}q", seed, frame, *where)
+    digest = hashlib.blake2b(words, digest_size=4, person=b"lodbench frame").digest()
+    return int.from_bytes(digest, "little")
 
 
 @dataclass(frozen=True, eq=False)

@@ -31,7 +31,7 @@ from scenes.model_files.names import (
     user_model_names,
     user_model_path,
 )
-from scenes.processes.content_cache import kept
+from scenes.processes.cache import kept
 
 FORMAT = 1
 """Version of the file; one of another version is refused."""

@@ -10,8 +10,7 @@ from functools import lru_cache
 
 from lod.errors import InputError
 from scenes.model_files.names import animal_names, tree_species_names
-from scenes.processes.content_key import content_key
-from scenes.processes.kept_data import kept_data
+from scenes.processes.cache import content_key, kept_data
 from scenes.processes.progress import steps, tell
 from scenes.rig.rig import rest_motion
 from scenes.rig.rigged_prototype import RiggedPrototype

@@ -1,1 +1,1 @@
-"""This package has plumes of particles: smoke and flames."""
+"""This package has particle systems: smoke, flames, and dust behind walkers."""

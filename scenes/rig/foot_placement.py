@@ -15,7 +15,7 @@ the joints allow.
 
 Objects without legs stand on the ground below their origin. So do objects too far for legs to be
 displayed, and those too far for feet have one point under each print instead of three: see
-``Placements.contact_detail``, which scenes/field/placement.py decides.
+``Placements.contact_detail``, which scenes/field/species_field.py decides.
 """
 
 import math

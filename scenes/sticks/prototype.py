@@ -51,7 +51,7 @@ turbidities and suns of 20° and more, 0.24, to that about a sun of 10° (measur
 GROUND = (0.08, 0.2)
 """Albedo of the ground, from lush grass in a hollow to dry grass on a ridge.
 
-The colours are in scenes.terrain.colour.
+The colours are in scenes.ground.shading.
 """
 
 LUMINANCE = (0.2126, 0.7152, 0.0722)

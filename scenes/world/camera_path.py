@@ -11,8 +11,8 @@ import numpy as np
 from lod.arrays import Reals
 from lod.camera import FULL_TURN, Camera, ThinLens, camera_from_heading, split_position
 from lod.errors import InputError
-from scenes.preset.camera_tables import FARTHEST_FOCUS_M, NEAREST_FOCUS_M, CameraKey, CameraPreset
-from scenes.terrain.ground import Ground
+from scenes.ground.relief import Ground
+from scenes.presets.schema import FARTHEST_FOCUS_M, NEAREST_FOCUS_M, CameraKey, CameraPreset
 
 
 @dataclass(frozen=True)

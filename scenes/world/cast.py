@@ -15,12 +15,12 @@ from scenes.actors.body import Body, CameraBody
 from scenes.actors.performance import Cast, Eye, Performance
 from scenes.actors.say import Line, check_action, cue, parse_words
 from scenes.actors.stage import CAMERA, Stage
+from scenes.ground.terrain import Terrain
 from scenes.models.catalogue import model_prototypes
-from scenes.preset.actor_tables import ActorPreset
-from scenes.preset.tables import Preset
+from scenes.presets.schema import Preset
+from scenes.presets.things import ActorPreset
 from scenes.rig.rigged_prototype import RiggedPrototype, rigid_prototype
 from scenes.sticks.prototype import Prototype
-from scenes.terrain.terrain import Terrain
 from scenes.trees.species import Weather
 from scenes.world.camera_path import camera_at, height_at, path_pose
 
@@ -36,7 +36,7 @@ class Role(NamedTuple):
 
 
 def make_cast(preset: Preset, terrain: Terrain, performance: Performance | None = None) -> Cast:
-    """Make the actors of a preset (``scenes.preset.acting`` tells whether it has any).
+    """Make the actors of a preset (``scenes.presets.load`` tells whether it has any).
 
     performance  what they do, where it is known already; otherwise they act when asked for it
     """

@@ -1,13 +1,14 @@
-"""Sun and sky that light a world."""
+"""Sun and sky that light a world, and the air that its light passes through."""
 
 import math
 from dataclasses import dataclass
 
 import numpy as np
 
+from lod.air import Air, Mist
 from lod.canopy import BARE, Canopy
 from lod.errors import InputError
-from scenes.preset.tables import Preset
+from scenes.presets.schema import Preset
 
 
 @dataclass(frozen=True)
@@ -43,3 +44,10 @@ def sun_and_sky(preset: Preset) -> Light:
     """Return the sun and sky of a preset, over bare ground."""
     light = preset.light
     return Light(light.sun_azimuth, light.sun_elevation, light.turbidity)
+
+
+def preset_air(preset: Preset) -> Air:
+    """Return the air that frames are rendered in, and that the same frames are pruned by."""
+    keys = preset.air
+    mist = None if keys.mist is None else Mist(keys.mist, keys.mist_base, keys.mist_scale)
+    return Air(keys.visibility, mist)

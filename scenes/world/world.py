@@ -1,6 +1,7 @@
 """From a preset to a world: the ground, the fields on it, and what is placed one by one."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -9,20 +10,18 @@ from lod.pruner import Representation
 from scenes.actors.performance import Cast, Performance
 from scenes.appearance.sky import sky_at
 from scenes.appearance.tone import Illumination
-from scenes.dust.dust import Dust
-from scenes.dust.soil import Soil
-from scenes.far_cover.aggregate_cover import AggregateCover
-from scenes.field.placement import Habitat, Species
-from scenes.field.species_field import Placed, SpeciesField
+from scenes.field.species_field import Habitat, Placed, Species, SpeciesField
+from scenes.ground.far_cover import AggregateCover
+from scenes.ground.terrain import Terrain
 from scenes.models.catalogue import PROTOTYPE_SEED, model_prototypes
-from scenes.particles.kinds import KINDS
-from scenes.particles.plume import Plume
-from scenes.plugins.representation import GroundedRepresentation, make_representation
-from scenes.preset.acting import has_acting
-from scenes.preset.object_tables import PlacedPreset, PlumePreset, SpeciesPreset
-from scenes.preset.tables import Preset
+from scenes.particles.dust import Dust
+from scenes.particles.footfalls import Soil
+from scenes.particles.plume import KINDS, Plume
+from scenes.plugins import GroundedRepresentation, make_representation
+from scenes.presets.load import has_acting
+from scenes.presets.schema import Preset
+from scenes.presets.things import PlacedPreset, PlumePreset, SpeciesPreset
 from scenes.processes.progress import work
-from scenes.terrain.terrain import Terrain
 from scenes.trees.species import Weather
 from scenes.world.light import sun_and_sky
 
@@ -68,11 +67,13 @@ class World:
 
 
 def build_world(
-    preset: Preset, performance: Performance | None = None, prototype_seed: int = PROTOTYPE_SEED
+    preset: Preset,
+    performance: Callable[[], Performance] | None = None,
+    prototype_seed: int = PROTOTYPE_SEED,
 ) -> World:
     """Build a preset's world, of which no part exists before a view asks for it.
 
-    performance     what its actors do, where that is known already
+    performance     gives what its actors do, where that is known already
     prototype_seed  every seed gives other individuals of the species; frames are made with the
                     default, so that only experiments meet others
     """
@@ -115,13 +116,15 @@ def build_world(
     return World(ground, fields, placed, plumes, dust, others, cast)
 
 
-def _cast(preset: Preset, terrain: Terrain, performance: Performance | None) -> Cast | None:
+def _cast(
+    preset: Preset, terrain: Terrain, performance: Callable[[], Performance] | None
+) -> Cast | None:
     """Make the actors of a preset; what makes them is only imported where there are any."""
     if not has_acting(preset):
         return None
     from scenes.world.cast import make_cast
 
-    return make_cast(preset, terrain, performance)
+    return make_cast(preset, terrain, performance and performance())
 
 
 def make_terrain(preset: Preset) -> Terrain:

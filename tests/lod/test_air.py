@@ -239,11 +239,10 @@ def test_the_eye_is_bartens(luminance, field):
 def test_pruning_in_haze_before_an_eye_does_without_the_package():
     program = (
         "import sys\n"
-        "from scenes.preset.load import load_preset\n"
-        "from scenes.world.view import view_at\n"
-        "from scenes.world.world import build_world\n"
+        "from scenes.presets.load import load_preset\n"
+        "from scenes.scene import Scene\n"
         "preset = load_preset('meadow', ['display.luminance=50', 'species={}'])\n"
-        "view_at(build_world(preset), preset, 1)\n"
+        "Scene(preset).view(1)\n"
         "sys.exit('colour' in sys.modules)\n"
     )
     assert subprocess.run([sys.executable, "-c", program], check=False).returncode == 0

@@ -66,12 +66,6 @@ def test_without_fading_areas_add_up(seed):
     assert np.array_equal(seen.inner > 0, np.isin(np.arange(len(whole)), whole))
 
 
-def test_nothing_displayed_has_no_look():
-    empty = cut(np.zeros(0, int), np.zeros(0), 1.0)
-    for fade in (0.0, 0.3):
-        assert len(blend_weights(empty, view(fade))) == 0
-
-
 # The band
 
 
@@ -125,10 +119,6 @@ def test_what_is_displayed_out_of_view_too_does_not_shrink_at_its_edge():
     turns = np.linspace(0, np.pi, 500)
     assert all(shown(turn, ahead=19.9) == 1.0 for turn in turns)
     assert min(shown(turn, ahead=22.5) for turn in turns) == pytest.approx(0.5, abs=0.02)
-
-
-def test_without_limit_nothing_fades():
-    assert fade_factors(cut([-1], [1.0], 1e9, limit=np.inf), view(0.2)) == [1.0]
 
 
 def test_what_hangs_on_a_fading_part_fades_with_it():
@@ -206,12 +196,6 @@ def test_long_sticks_thin_by_the_share_and_blobs_by_its_root():
 OVERLAPS = st.floats(-3, 0.95)
 
 
-@given(overlap=OVERLAPS)
-def test_it_stands_for_all_and_for_none_whole(overlap):
-    assert leaf_area_share(0.0, overlap) == 0
-    assert leaf_area_share(1.0, overlap) == 1
-
-
 @given(hidden=st.floats(0, 1), overlap=OVERLAPS)
 def test_with_what_is_displayed_it_covers_as_much_as_either_alone(hidden, overlap):
     """Less what of them lies in one another."""
@@ -222,7 +206,3 @@ def test_with_what_is_displayed_it_covers_as_much_as_either_alone(hidden, overla
 @given(hidden=st.floats(0, 1), more=st.floats(0, 1), overlap=OVERLAPS)
 def test_the_more_is_hidden_the_more_it_shows(hidden, more, overlap):
     assert leaf_area_share(hidden, overlap) <= leaf_area_share(max(hidden, more), overlap) + 1e-12
-
-
-def test_without_overlap_areas_add_up():
-    assert [leaf_area_share(h, 0.0) for h in (0.2, 0.5, 0.9)] == [0.2, 0.5, 0.9]

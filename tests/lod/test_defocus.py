@@ -117,20 +117,6 @@ def test_a_wider_opening_displays_no_part_farther():
     np.testing.assert_allclose(limits[0], sharp, rtol=1e-4)
 
 
-def test_without_a_lens_limits_are_the_same_to_the_last_bit():
-    sight = ViewingConditions(BlurWidths(THETA), acuity=False)
-    sharp = limit_distances(chain(), METRICS["blake"], THETA)
-    assert np.array_equal(limit_distances(chain(), METRICS["blake"], THETA, sight), sharp)
-
-
-def test_an_eye_that_blurs_more_sees_less_of_the_defocus():
-    """What the eye blurs already is the larger share of the sum of squares."""
-    lens = Defocus(ThinLens(0.02, 10.0))
-    clear = np.array([100.0])
-    sharp_eye, dull_eye = (defocus_limits(lens, theta, clear)[0] for theta in (THETA, 4 * THETA))
-    assert sharp_eye < dull_eye < 100.0
-
-
 def test_out_of_view_nothing_is_displayed_farther_than_in_view():
     camera = camera_from_heading(Corner(0, 0), np.zeros(3), 0.0, 0.0, 60.0, (640, 360))
     camera = replace(camera, lens=ThinLens(0.02, 10.0))

@@ -15,7 +15,6 @@ from lod.camera import Corner, camera_from_heading
 from lod.motion import (
     EASE_PER_FRAME,
     LIMIT_HZ,
-    STEPS_PER_OCTAVE,
     ShutterInterval,
     critical_hz,
     integration_time_s,
@@ -79,10 +78,6 @@ def test_what_is_left_out_is_never_more_energy_than_at_rest(length):
     assert g**4 / math.sqrt((g**2 + 1) * (g**2 + 1 + length**2)) == pytest.approx(0.5, rel=1e-9)
 
 
-def test_a_long_smear_grows_m_by_its_cube_root():
-    assert motion_coarsening(of_length(2e6)) == pytest.approx(100, rel=1e-3)
-
-
 def test_what_the_camera_follows_is_sharp():
     """Object and eye go the same way: their relative motion counts."""
     exposed = exposure(camera((0, 0, 0), 0, 0), camera((1.5, 0, 0), 0, 0))
@@ -96,11 +91,6 @@ def test_at_rest_nothing_is_hidden_to_the_last_bit():
     place, bound = chance.normal(0, 40, (500, 3)), chance.uniform(0, 5, 500)
     none = motion_steps(exposure(still, still), HERE, THETA, place, place, bound, np.zeros(500))
     assert not none.any()
-
-
-def test_the_scale_doubles_m_every_so_many_steps():
-    assert motion_coarsening(0) == 1
-    assert motion_coarsening(STEPS_PER_OCTAVE) == 2
 
 
 def test_the_eye_is_the_same_from_every_corner():

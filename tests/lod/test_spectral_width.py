@@ -77,11 +77,6 @@ def test_width_of_a_gaussian_by_hand():
     )
 
 
-def test_the_brightness_does_not_matter():
-    disc = (np.hypot(X, Y) < 1).astype(float)
-    assert spectral_width(7 * disc, PITCH) == pytest.approx(spectral_width(disc, PITCH))
-
-
 def test_the_receding_figure_spreads_its_spectrum():
     """At twice the distance the image is half as large, and its spectrum four times as wide."""
     near, far = ((np.hypot(X, Y) < r).astype(float) for r in (2.0, 1.0))

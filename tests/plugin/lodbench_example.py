@@ -14,8 +14,8 @@ from lod.pruner import BlendWeights, Parts
 from lod.shapes import Sticks
 from lod.view import View
 from scenes.actors.behaviour import Acts, Me
-from scenes.plugins.representation import RepresentationPlugin
-from scenes.terrain.ground import Ground
+from scenes.ground.relief import Ground
+from scenes.plugins import RepresentationPlugin
 
 HALFWAY = Metric("halfway", lambda P, R, m: P / m + 0.5 * R, "P > m·(d − R/2): between two of ours")
 

@@ -4,10 +4,15 @@ from typing import Any
 
 import click
 
-from bench.cli.flag_rules import StrictCommand
-from bench.cli.frame_flags import LAST_FRAME, memory_flag, memory_limit_bytes
+from bench.cli.flags import (
+    LAST_FRAME,
+    StrictCommand,
+    memory_flag,
+    memory_limit_bytes,
+    preset_from_flags,
+    view_flags,
+)
 from bench.cli.output import output
-from bench.cli.view_flags import preset_from_flags, view_flags
 
 
 @click.command("ask", cls=StrictCommand)
@@ -24,12 +29,13 @@ def command(
     position and orientation are in the frame of the part's whole; where is in the scene.
     """
     from scenes.actors.say import plain
-    from scenes.render.pipeline.memory_limit import check_acting
+    from scenes.render.memory import preflight
+    from scenes.scene import Scene
     from scenes.world.cast import answer_at
 
     most_bytes = memory_limit_bytes(max_memory)
     chosen = preset_from_flags(preset, **flags)
-    check_acting(chosen, most_bytes)
+    preflight(Scene(chosen), (), most_bytes)
     found = plain(answer_at(chosen, words, frame))
     with output(as_json) as out:
         out.record({"asked": words, "frame": frame, "answer": found})

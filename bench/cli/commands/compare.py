@@ -5,9 +5,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from bench.cli.flag_rules import StrictCommand
-from bench.cli.output import Output, output, table
-from bench.cli.progress import progress_bar
+from bench.cli.flags import StrictCommand
+from bench.cli.output import Output, output, progress_bar, table
 
 if TYPE_CHECKING:
     from bench.records.claims import Claim

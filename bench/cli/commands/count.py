@@ -4,19 +4,20 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from bench.cli.collector import collector_paused
-from bench.cli.flag_rules import StrictCommand
-from bench.cli.frame_flags import memory_flag, memory_limit_bytes
-from bench.cli.output import Output, output, table
-from bench.cli.progress import progress_bar, tell_first_run
-from bench.cli.view_flags import preset_from_flags, view_flags
+from bench.cli.flags import (
+    StrictCommand,
+    memory_flag,
+    memory_limit_bytes,
+    preset_from_flags,
+    view_flags,
+)
+from bench.cli.output import Output, output, progress_bar, table, tell_first_run
 from lod.errors import InputError
-from scenes.render.pipeline.peak_memory import peak_rss_bytes
+from scenes.processes.memory import peak_rss_bytes
 
 if TYPE_CHECKING:
-    from bench.count.count_frame import Counts, SpeciesCount
-    from bench.count.workloads import Workload
-    from scenes.preset.tables import Preset
+    from bench.frame_counts import Counts, SpeciesCount, Workload
+    from scenes.presets.schema import Preset
 
 
 @click.command("count", cls=StrictCommand)
@@ -24,7 +25,6 @@ if TYPE_CHECKING:
 @memory_flag
 @click.option("--frame", type=click.IntRange(1, 999_999), default=1, help="Frame number, from 1.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
-@collector_paused()
 def command(preset: str, frame: int, as_json: bool, max_memory: str | None, **flags: Any) -> None:
     """Objects and parts of one frame: examined, displayed, predicted.
 
@@ -35,25 +35,23 @@ def command(preset: str, frame: int, as_json: bool, max_memory: str | None, **fl
     chosen = preset_from_flags(workload.preset if workload else preset, **flags)
     if workload:
         _check_as_it_is(workload, chosen, frame)
-    from bench.count.count_frame import Stopwatch, count
-    from scenes.render.pipeline.memory_limit import check_prototypes, check_pruning
-    from scenes.render.sequence.detail_budget import within_budget
-    from scenes.world.view import view_at
-    from scenes.world.world import build_world
+    from bench.frame_counts import Stopwatch, count
+    from scenes.render.budget import within_budget
+    from scenes.render.memory import preflight
+    from scenes.scene import Scene
 
     tell_first_run()
     watch = Stopwatch()
     with output(as_json) as out:
         with watch.stage("build"):
-            check_prototypes(chosen, most_bytes)
             chosen = within_budget(chosen, (frame,), most_bytes, out.note)
-            world = build_world(chosen)
-            view = view_at(world, chosen, frame)
+            scene = Scene(chosen)
         with progress_bar("step") as show:
             show(0, 1, "memory")
-            with watch.stage("foretell"):
-                foretold = check_pruning(world, view, most_bytes, f"frame {frame}")
-            counts = count(world, view, foretold.ground if foretold else None, show)
+            with watch.stage("estimate"):
+                estimated = preflight(scene, (frame,), most_bytes)
+            ground = estimated.ground if estimated else None
+            counts = count(scene.world, scene.view(frame), ground, show)
         seconds = watch.seconds | counts.seconds
         wrong = workload.mismatches(counts) if workload else []
         told = {"name": workload.name, "golden": not wrong} if workload else None
@@ -67,13 +65,13 @@ def _workload(preset: str) -> "Workload | None":
     """Find the workload that a name with a version stands for; None for a plain preset."""
     if "@" not in preset:
         return None
-    from bench.count.workloads import workload_named
+    from bench.frame_counts import workload_named
 
     return workload_named(preset)
 
 
 def _check_as_it_is(workload: "Workload", chosen: "Preset", frame: int) -> None:
-    from scenes.preset.load import load_preset
+    from scenes.presets.load import load_preset
 
     if frame != 1 or chosen != load_preset(workload.preset):
         rule, cure = "a workload is counted as it is, frame 1", f"ask for {workload.preset}"

@@ -6,11 +6,15 @@ from functools import partial
 
 import click
 
-from bench.cli.flag_rules import StrictCommand
-from bench.cli.frame_flags import frame_numbers, memory_limit_bytes
-from bench.cli.view_flags import FLAG_KEYS, preset_from_flags
+from bench.cli.flags import (
+    FLAG_KEYS,
+    StrictCommand,
+    frame_numbers,
+    memory_limit_bytes,
+    preset_from_flags,
+)
 from lod.errors import InputError
-from scenes.render.files.frame_paths import check_pattern
+from scenes.files import check_pattern
 
 _NOT_FOR_ONE = ("cluster", "preview")
 
@@ -25,8 +29,8 @@ def command(print_commands: bool, words: tuple[str, ...]) -> None:
     """
     from bench.cli.commands.render import command as render
     from bench.cli.commands.render import fit_to_memory
-    from scenes.render.mitsuba.variants import choose
-    from scenes.render.sequence.detail_budget import within_budget
+    from scenes.render.budget import within_budget
+    from scenes.render.variants import choose
 
     names = click.get_current_context().help_option_names  # a command keeps those it first gets
     flags = render.make_context("lodbench render", list(words), help_option_names=names).params

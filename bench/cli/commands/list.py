@@ -2,15 +2,17 @@
 
 import dataclasses
 import json
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from bench.cli.flag_rules import StrictCommand
-from bench.cli.output import output, table
+from bench.cli.flags import StrictCommand
+from bench.cli.output import output, table, tell_first_run
+from lod.errors import InputError
 
 if TYPE_CHECKING:
-    from scenes.preset.keys import KeyEntry
+    from scenes.presets.keys import KeyEntry
 
 
 @click.command("list", cls=StrictCommand)
@@ -22,20 +24,29 @@ if TYPE_CHECKING:
     metavar="[PRESET]",
     help="The keys of presets with their meaning; with a name, that preset's values.",
 )
-@click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
-def command(preset: str | None, as_json: bool) -> None:
-    """Presets, metrics, what other packages bring, your models, experiments and studies."""
+@click.option(
+    "--objects", "frame", metavar="OUT/NAME.0001.exr", help="The objects of a rendered frame."
+)
+@click.option("--object", "only", type=int, multiple=True, help="With --objects, only this id.")
+@click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout, or per object.")
+def command(preset: str | None, frame: str | None, only: tuple[int, ...], as_json: bool) -> None:
+    """Presets, metrics, what other packages bring, your models, experiments and studies.
+
+    --objects: species, cell, number and 128-bit key of each object that a frame displays.
+    """
     if preset is not None:
         _keys(preset, as_json)
         return
-    from bench.experiments.registry import EXPERIMENTS
+    if frame is not None:
+        _objects(Path(frame), only, as_json)
+        return
+    from bench.experiment import experiments
     from bench.studies.registry import study_descriptions
     from lod.metric import METRICS, Metric
     from scenes.actors.behaviours import described_behaviours
     from scenes.model_files.names import models_folder, user_model_names
-    from scenes.plugins.entry_points import METRIC, REPRESENTATION, described
-    from scenes.plugins.representation import RepresentationPlugin
-    from scenes.preset.load import preset_names
+    from scenes.plugins import METRIC, REPRESENTATION, RepresentationPlugin, described
+    from scenes.presets.load import preset_names
 
     sections = {
         "presets": dict(preset_names()),
@@ -44,7 +55,11 @@ def command(preset: str | None, as_json: bool) -> None:
         "representations": dict(described(REPRESENTATION, RepresentationPlugin)),
         "models": dict.fromkeys(user_model_names(), f"added by `model add`, in {models_folder()}"),
         "behaviours": dict(described_behaviours()),
-        "experiments": {name: each.about for name, each in EXPERIMENTS.items()},
+        "experiments": {
+            topic if topic == name else f"{name}: {topic}": told.about
+            for name, each in experiments().items()
+            for topic, told in each.topics.items()
+        },
         "studies": study_descriptions(),
     }
     with output(as_json) as out:
@@ -56,8 +71,8 @@ def command(preset: str | None, as_json: bool) -> None:
 
 def _keys(preset: str, as_json: bool) -> None:
     """List all keys that -D takes, or those of one preset with its values."""
-    from scenes.preset.keys import key_entries
-    from scenes.preset.load import load_preset, preset_values
+    from scenes.presets.keys import key_entries
+    from scenes.presets.load import load_preset, preset_values
 
     rows: list[tuple[Any, ...]]
     if preset:
@@ -83,3 +98,29 @@ def _text(value: Any) -> str:
     if value is None:
         return "absent"
     return json.dumps(value) if not isinstance(value, str) else value
+
+
+def _objects(path: Path, only: tuple[int, ...], as_json: bool) -> None:
+    """List the objects of a frame, worked out from the settings in its header."""
+    from scenes.render.exr.header import preset_from_settings
+    from scenes.render.exr.sequence import read_whole
+    from scenes.render.memory import preflight
+    from scenes.render.object_keys import identities
+    from scenes.scene import Scene
+
+    whole = read_whole(path)
+    scene, frame = Scene(preset_from_settings(whole.settings)), whole.frame
+    tell_first_run()
+    preflight(scene, (frame,))
+    found = list(identities(scene, frame))
+    if unknown := sorted(set(only) - {each.object for each in found}):
+        rule = f"an id.object that {path} displays"
+        raise InputError("--object", unknown[0], rule, "leave it out to list them")
+    rows: list[tuple[Any, ...]] = [("object", "of", "cell", "index", "key")]
+    with output(as_json) as out:
+        for each in found:
+            if not only or each.object in only:
+                out.record(dataclasses.asdict(each))
+                cell = "–" if each.cell is None else f"{each.cell[0]},{each.cell[1]}"
+                rows.append((each.object, each.of, cell, each.index, each.key or "–"))
+        out.say(table(rows))

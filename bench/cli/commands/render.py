@@ -7,29 +7,25 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
-from bench.cli.flag_rules import StrictCommand
-from bench.cli.frame_flags import (
+from bench.cli.flags import (
+    StrictCommand,
     check_targets,
+    file_flags,
     frame_numbers,
     memory_flag,
     memory_limit_bytes,
+    preset_from_flags,
+    view_flags,
 )
-from bench.cli.output import Output, output
-from bench.cli.progress import frame_progress, tell_first_run
-from bench.cli.rendering import Workers, render_job
-from bench.cli.view_flags import file_flags, preset_from_flags, view_flags
+from bench.cli.output import Output, frame_progress, output, tell_first_run
 from lod.errors import InputError
-from scenes.preset.tables import Preset
-from scenes.render.files.frame_paths import check_pattern, frame_path, make_folder
-from scenes.render.files.whole_file import check_ours
-from scenes.render.pictures.tone_map import PictureStyle
-
-if TYPE_CHECKING:
-    from scenes.render.sequence.sequence import Job
+from scenes.files import check_ours, check_pattern, frame_path
+from scenes.presets.schema import Preset
+from scenes.render.pictures import PictureStyle
 
 
 @click.command("render", cls=StrictCommand)
@@ -84,24 +80,27 @@ def command(
     chosen = preset_from_flags(preset, **flags)
     if fit:
         chosen = fit_to_memory(chosen, most_bytes)
-    from scenes.render.mitsuba.variants import choose
-    from scenes.render.sequence.acting_track import check_acted, prepare_track
-    from scenes.render.sequence.detail_budget import within_budget
-    from scenes.render.sequence.sequence import open_job, owned_folder
-    from scenes.render.sequence.settings import frame_settings
+    from scenes.render.render_files import Workers, render_files, settled
 
     check_targets([frame_path(pattern, number) for number in numbers])
     check_ours(_previews(pattern) if preview else (), overwrite, "--preview")
-    chosen = within_budget(chosen, numbers, most_bytes, partial(click.echo, err=True))
-    check_acted(chosen, numbers, most_bytes)
-    variant = choose(chosen.render.variant, chosen.render.spectral)
-    folder = make_folder(Path(pattern).parent)
-    settings = frame_settings(chosen, variant, prepare_track(chosen, folder))
+    settings = settled(chosen, pattern, numbers, most_bytes, partial(click.echo, err=True))
+    workers = Workers(threads, most_bytes, cluster)
     with output(as_json) as out:
         records: list[dict[str, Any]] = []
-        with _counted(out, records), owned_folder(folder, settings):
-            job = open_job(pattern, numbers, settings, overwrite)
-            _render(out, job, Workers(threads, most_bytes, cluster), records)
+        tell_first_run()
+        with _counted(out, records), frame_progress(len(numbers)) as progress:
+            for record in render_files(
+                settings, pattern, numbers, workers, overwrite, progress.show_samples, out.note
+            ):
+                records.append(record)
+                progress.clear()
+                if "error" in record:
+                    out.note(f"lodbench: {record['path']}: {record['error']}")
+                else:
+                    out.record(record)
+                    out.say(_line(record))
+                progress.finish_frame(record)
         done = [Path(record["path"]) for record in records if "error" not in record]
         failed = [record for record in records if "error" in record]
         pictures = _preview(out, chosen, pattern, done, look) if preview and done else []
@@ -123,21 +122,6 @@ def _counted(out: Output, records: Sequence[dict[str, Any]]) -> Iterator[None]:
         raise
 
 
-def _render(out: Output, job: "Job", workers: Workers, records: list[dict[str, Any]]) -> None:
-    """Add the record of each finished frame to ``records``, with a line for each."""
-    tell_first_run()
-    with frame_progress(len(job.paths)) as progress:
-        for record in render_job(job, workers, progress.show_samples, out.note):
-            records.append(record)
-            progress.clear()
-            if "error" not in record:
-                out.record(record)
-                out.say(_line(record))
-            else:
-                out.note(f"lodbench: {record['path']}: {record['error']}")
-            progress.finish_frame(record)
-
-
 def _failures(failed: Sequence[dict[str, Any]], frames: int) -> str:
     """Write how many frames failed, and why the first three did."""
     first = "; ".join(f"frame {each['frame']}: {each['error']}" for each in failed[:3])
@@ -153,14 +137,15 @@ def _preview(
     out: Output, preset: Preset, pattern: str, paths: Sequence[Path], look: PictureStyle
 ) -> list[str]:
     """Write a picture of one frame, or a contact sheet and a film of more; give their paths."""
-    from scenes.render.pictures.contact_sheet import contact_sheet, preview
-    from scenes.render.pictures.movie import movie
+    from scenes.render.pictures import preview, write_contact_sheet, write_movie
 
     still, target = _previews(pattern)
     many = len(paths) > 1
-    pictures = [contact_sheet(paths, still, look=look) if many else preview(paths[0], still, look)]
+    pictures = [
+        write_contact_sheet(paths, still, look=look) if many else preview(paths[0], still, look)
+    ]
     try:
-        film = movie(paths, target, preset.camera.fps, look) if many else None
+        film = write_movie(paths, target, preset.camera.fps, look) if many else None
         pictures += [film] if film else []
     except OSError as error:
         out.note(f"lodbench: no mp4: {error.strerror}")

@@ -4,9 +4,8 @@ from pathlib import Path
 
 import click
 
-from bench.cli.flag_rules import StrictCommand
-from bench.cli.output import output
-from bench.cli.progress import progress_bar
+from bench.cli.flags import StrictCommand
+from bench.cli.output import output, progress_bar
 
 
 @click.command("report", cls=StrictCommand)

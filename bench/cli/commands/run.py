@@ -3,23 +3,21 @@
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
-from bench.cli.flag_rules import StrictCommand
-from bench.cli.frame_flags import memory_flag_of_all
-from bench.cli.output import Output, output, table
-from bench.cli.progress import RunTime, progress_bar, time_left_text
-from bench.runner.dask_cases import CaseExecutor, dask_executor
+from bench.cli.flags import StrictCommand, memory_flag_of_all
+from bench.cli.output import Output, duration_text, output, progress_bar, table
+from bench.runs import CaseExecutor, dask_executor
 from lod.errors import InputError
-from scenes.preset.errors import nearest_name
-from scenes.preset.values import LARGEST_SEED
-from scenes.render.files.frame_paths import make_folder
+from scenes.files import make_folder
+from scenes.presets.keys import nearest_name
+from scenes.presets.values import LARGEST_SEED
 
 if TYPE_CHECKING:
     from bench.records.claims import Claim
-    from bench.runner.journal import Journal, RunRequest
+    from bench.runs import Journal, RunRequest
 
 ALL = "all"
 
@@ -50,58 +48,71 @@ def command(
 
     The same command again goes on where it was stopped.
     """
-    from bench.runner.journal import RunRequest, journal
+    from bench.runs import journal
 
-    names = _chosen(experiments, cluster)
-    if metric is not None:
-        _check_metric(metric, names)
+    asked = _asked(experiments, cluster, quick, seed, metric)
     kept = journal(make_folder(folder))
-    asked = [RunRequest(name, quick, seed, metric) for name in names]
     if again:
         for each in asked:
             kept.discard(each)
     with output(as_json) as out, dask_executor(cluster, out.note) as spread:
         failed = _run_all(out, kept, asked, spread)
     if failed:
-        raise click.ClickException(f"{len(failed)} of {len(names)} failed: {', '.join(failed)}")
+        raise click.ClickException(f"{len(failed)} of {len(asked)} failed: {', '.join(failed)}")
 
 
-def _chosen(experiments: tuple[str, ...], cluster: str | None) -> tuple[str, ...]:
-    """Check the names of experiments, and give each once.
+def _asked(
+    named: tuple[str, ...], cluster: str | None, quick: bool, seed: int, metric: str | None
+) -> list["RunRequest"]:
+    """Check the names of experiments and topics, and ask for each experiment once.
 
-    ``all`` is every one that does not stand apart; those that are timed come first, before others
-    have filled memory, and stay on this machine.
+    ``all`` is every topic that does not run apart; experiments that are timed come first, before
+    others have filled memory, and stay on this machine.
     """
-    from bench.experiments.registry import EXPERIMENTS
+    from bench.experiment import experiments
+    from bench.runs import RunRequest
 
-    if not experiments:
-        raise InputError(
-            "EXPERIMENT", experiments, "at least one, or all", f"try {next(iter(EXPERIMENTS))}"
-        )
-    for name in experiments:
-        if name not in (*EXPERIMENTS, ALL):
-            cure = nearest_name(name, (*EXPERIMENTS, ALL))
-            raise InputError("EXPERIMENT", name, "no experiment of that name", cure)
-    if ALL in experiments:
-        together = [name for name, each in EXPERIMENTS.items() if not each.apart]
-        return tuple(sorted(together, key=lambda name: not EXPERIMENTS[name].timed))
-    for name in experiments:
-        if cluster is not None and EXPERIMENTS[name].timed:
-            able = ", ".join(n for n, each in EXPERIMENTS.items() if not each.timed)
+    every = experiments()
+    topics = {topic: each.name for each in every.values() for topic in each.topics}
+    known = (*every, *topics, ALL)
+    if not named:
+        raise InputError("EXPERIMENT", named, "at least one, or all", f"try {next(iter(every))}")
+    chosen: dict[str, list[str]] = {}
+    for name in named:
+        if name not in known:
+            rule = "no experiment or topic of that name"
+            raise InputError("EXPERIMENT", name, rule, nearest_name(name, known))
+        if name == ALL:
+            in_order = sorted(every.values(), key=lambda each: not each.timed)
+            more = [(each.name, each.usual) for each in in_order]
+        elif name in topics and name not in every:
+            more = [(topics[name], (name,))]
+        else:
+            more = [(name, every[name].usual)]
+        for experiment, mine in more:
+            held = chosen.setdefault(experiment, [])
+            held += [each for each in mine if each not in held]
+    for name in chosen:
+        if cluster is not None and every[name].timed and ALL not in named:
+            able = ", ".join(n for n, each in every.items() if not each.timed)
             raise InputError("--cluster", name, f"experiments without times: {able}", "leave it")
-    return tuple(dict.fromkeys(experiments))
+    if metric is not None:
+        _check_metric(metric, tuple(chosen))
+    return [
+        RunRequest(name, tuple(mine), quick, seed, metric) for name, mine in chosen.items() if mine
+    ]
 
 
 def _check_metric(metric: str, names: Sequence[str]) -> None:
     """Raise InputError for a metric that is unknown, built in, or not accepted by an experiment."""
-    from bench.experiments.registry import EXPERIMENTS
+    from bench.experiment import experiments
     from lod.metric import METRICS
-    from scenes.plugins.entry_points import metric_by_name
+    from scenes.plugins import metric_by_name
 
     metric_by_name(metric)
     if metric in METRICS:
         raise InputError("--metric", metric, "one of another package", "ours are tried anyhow")
-    able = [name for name, each in EXPERIMENTS.items() if each.accepts_metric]
+    able = [name for name, each in experiments().items() if each.accepts_metric]
     if others := [name for name in names if name not in able]:
         rule = f"experiments that try metrics: {', '.join(able)}"
         raise InputError("--metric", ", ".join(others), rule, f"run {able[0]}")
@@ -114,7 +125,7 @@ def _run_all(
 
     Of several, one that fails does not end the others.
     """
-    from bench.experiments.registry import EXPERIMENTS
+    from bench.experiment import experiments
     from bench.records.records import read_record
 
     done = {each.name: path for each in asked if (path := kept.record_of(each))}
@@ -122,14 +133,17 @@ def _run_all(
         out.note(f"lodbench: {name} is done already (--again measures anew)")
         _tell(out, name, path, read_record(path).claims, True)
     left = [each for each in asked if each.name not in done]
-    expected_seconds = {
-        each.name: EXPERIMENTS[each.name].expected_seconds["quick" if each.quick else "full"]
+    expected_s = [
+        experiments()[each.name].seconds(each.topics, "quick" if each.quick else "full")
         for each in left
-    }
-    finished: list[RunTime] = []
+    ]
+    planned = spent = 0.0
     failed: list[str] = []
     for number, each in enumerate(left):
-        expected = time_left_text([one.name for one in left[number:]], expected_seconds, finished)
+        pace = spent / planned if planned else 1.0  # of what is finished
+        expected = f"about {duration_text(pace * expected_s[number])}"
+        if number + 1 < len(left):
+            expected += f"; {duration_text(pace * sum(expected_s[number:]))} for all that is left"
         out.note(f"lodbench: {each.name}, {len(done) + number + 1} of {len(asked)}: {expected}")
         start = time.perf_counter()
         try:
@@ -140,7 +154,7 @@ def _run_all(
             out.note(f"lodbench: {each.name} failed: {type(error).__name__}: {error}")
             failed.append(each.name)
             continue
-        finished.append(RunTime(expected_seconds[each.name], time.perf_counter() - start))
+        planned, spent = planned + expected_s[number], spent + time.perf_counter() - start
         _tell(out, each.name, path, claims, False)
     return failed
 
@@ -149,24 +163,17 @@ def _run(
     kept: "Journal", asked: "RunRequest", spread: CaseExecutor
 ) -> tuple[Path, tuple["Claim", ...]]:
     """Run one experiment, write its record, and note it in the journal."""
-    from bench.experiments.registry import EXPERIMENTS
-    from bench.runner.run_experiment import run_request
+    from bench.experiment import experiments
+    from bench.runs import run_request
 
     with progress_bar("case") as progress:
-        path, record = run_request(EXPERIMENTS[asked.name], asked, kept, spread, progress)
+        path, record = run_request(experiments()[asked.name], asked, kept, spread, progress)
     return path, record.claims
 
 
 def _tell(out: Output, name: str, path: Path, claims: tuple["Claim", ...], kept: bool) -> None:
     data = [each.as_json() for each in claims]
     out.record({"experiment": name, "record": str(path), "kept": kept, "claims": data})
-    rows: list[tuple[Any, ...]] = [
-        ("", "claim", "measured", "95 % interval", "predicted", "source")
-    ]
-    for each in claims:
-        interval = f"{each.low:.4g} to {each.high:.4g}"
-        predicted = (
-            f"{'≤ ' if each.relation == 'at most' else ''}{each.predicted:g} ± {each.tolerance:g}"
-        )
-        rows.append((each.verdict, each.name, each.measured, interval, predicted, each.source))
+    rows = [("verdict", "claim", "measured", "unit", "source")]
+    rows += [(c.verdict_text, c.sentence, c.measured_text, c.unit, c.source) for c in claims]
     out.say(f"{name}: {path}\n{table(rows)}")

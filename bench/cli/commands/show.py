@@ -4,9 +4,8 @@ from typing import Any
 
 import click
 
-from bench.cli.flag_rules import StrictCommand
+from bench.cli.flags import StrictCommand, preset_from_flags, view_flags
 from bench.cli.output import output
-from bench.cli.view_flags import preset_from_flags, view_flags
 
 
 @click.command("show", cls=StrictCommand)
@@ -18,7 +17,7 @@ def command(preset: str, as_json: bool, **flags: Any) -> None:
     Keep it with `lodbench show meadow > mine.toml`, edit it, and give its path as a preset.
     """
     chosen = preset_from_flags(preset, **flags)
-    from scenes.preset.write_toml import preset_toml
+    from scenes.presets.load import preset_toml
 
     with output(as_json) as out:
         out.record(chosen.model_dump(mode="json"))

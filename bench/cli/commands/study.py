@@ -2,10 +2,10 @@
 
 import click
 
-from bench.cli.frame_flags import memory_flag_of_all
+from bench.cli.flags import memory_flag_of_all
 from bench.studies.registry import load_study, study_descriptions
 from lod.errors import InputError
-from scenes.preset.errors import nearest_name
+from scenes.presets.keys import nearest_name
 
 
 class Studies(click.Group):

@@ -6,12 +6,16 @@ from typing import Any
 
 import click
 
-from bench.cli.flag_rules import StrictCommand
-from bench.cli.frame_flags import LAST_FRAME, memory_flag, memory_limit_bytes
-from bench.cli.output import output
-from bench.cli.progress import progress_bar, tell_first_run
-from bench.cli.view_flags import preset_from_flags, view_flags
-from scenes.render.files.frame_paths import make_folder
+from bench.cli.flags import (
+    LAST_FRAME,
+    StrictCommand,
+    memory_flag,
+    memory_limit_bytes,
+    preset_from_flags,
+    view_flags,
+)
+from bench.cli.output import output, progress_bar, tell_first_run
+from scenes.files import make_folder
 
 
 @click.command("usd", cls=StrictCommand)
@@ -31,27 +35,25 @@ def command(
     **flags: Any,
 ) -> None:
     """Write a frame's cut and camera as USD: sticks as curves, the ground as a mesh."""
-    from scenes.frame.assemble import assemble_frame
-    from scenes.render.files.usd import check_usd, write_usd
-    from scenes.render.mitsuba.variants import SCALAR_VARIANT
-    from scenes.render.pipeline.memory_limit import check_frame_forecast, check_prototypes
-    from scenes.render.sequence.detail_budget import within_budget
-    from scenes.world.world import build_world
+    from scenes.render.budget import within_budget
+    from scenes.render.memory import preflight
+    from scenes.render.usd import check_usd, write_usd
+    from scenes.render.variants import SCALAR_VARIANT
+    from scenes.scene import Scene
 
     check_usd(path, overwrite)
     tell_first_run()
     most_bytes = memory_limit_bytes(max_memory)
     chosen = preset_from_flags(preset, **flags)
-    check_prototypes(chosen, most_bytes)
     chosen = within_budget(chosen, (frame,), most_bytes, partial(click.echo, err=True))
     make_folder(Path(path).parent)
     with output(as_json) as out:
         with progress_bar("step") as show:
             show(0, 3, "memory")
-            world = build_world(chosen)
-            check_frame_forecast(world, chosen, frame, SCALAR_VARIANT, most_bytes)
+            scene = Scene(chosen)
+            preflight(scene, (frame,), most_bytes, SCALAR_VARIANT)
             show(1, 3, "cut")
-            made = assemble_frame(world, chosen, frame, SCALAR_VARIANT)
+            made = scene.input(frame, SCALAR_VARIANT)
             notes = {"lod:frame": str(frame), "lod:seed": str(chosen.seed)}
             notes["lod:air"] = chosen.air.model_dump_json()
             show(2, 3, "file")

@@ -5,8 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from bench.experiments.air.targets import DISTANCES, extinction_seen, visibility_seen
-from bench.records.claims import Claim, claim, verification
-from bench.records.points import Point, grouped, where
+from bench.records.claims import Claim
+from bench.records.old_claims import claim, verification
+from bench.records.records import Point, grouped, where
 from bench.statistics.estimates import Estimate, two_sided_mean
 from lod.air import Air, rgb_extinction
 

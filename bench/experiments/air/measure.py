@@ -14,17 +14,16 @@ import numpy as np
 
 from bench.experiments.air.claims import BAND_EDGES_M, SKY
 from bench.experiments.air.targets import look_at, order
-from bench.records.points import Column, Point, columns
+from bench.old_experiment import Effort
 from bench.records.provenance import scene_digest
-from bench.runner.experiment import Effort
-from scenes.frame.assemble import assemble_frame
-from scenes.frame.frame_input import FrameInput
+from bench.records.records import Column, Point, columns
+from scenes.frame.frame_input import FrameInput, Quality
 from scenes.frame.layers import SKY_Z, Layers
-from scenes.frame.quality import Quality
-from scenes.preset.load import load_preset
-from scenes.render.mitsuba.variants import JIT_VARIANT, SCALAR_VARIANT, choose, works
-from scenes.render.pictures.tone_map import auto_exposure
-from scenes.render.pipeline.render import render_frame
+from scenes.presets.load import load_preset
+from scenes.render.pictures import auto_exposure
+from scenes.render.render import render_frame
+from scenes.render.variants import JIT_VARIANT, SCALAR_VARIANT, choose, works
+from scenes.scene import assemble_frame
 from scenes.sticks.prototype import LUMINANCE
 from scenes.world.world import build_world
 

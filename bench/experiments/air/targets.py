@@ -13,10 +13,8 @@ from lod.air import Air, rgb_extinction
 from lod.camera import Camera, Corner, camera_from_heading
 from lod.pruner import Cut, Parts, cut_from_parts
 from lod.shapes import Triangles
-from scenes.frame.displayed import DisplayedRepresentation
-from scenes.frame.frame_input import FrameInput
-from scenes.frame.quality import Quality
-from scenes.render.pipeline.render import render_frame
+from scenes.frame.frame_input import DisplayedRepresentation, FrameInput, Quality
+from scenes.render.render import render_frame
 from scenes.world.light import Light
 
 DISTANCES = 20

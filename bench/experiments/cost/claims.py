@@ -4,12 +4,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from bench.experiments.fidelity.equal_error import EQUAL_ERROR
-from bench.experiments.fidelity.shipped.claims import errors
-from bench.records.claims import Claim, claim
-from bench.records.points import Point, grouped, where
+from bench.images.compare import errors
+from bench.images.equal_error import EQUAL_ERROR
+from bench.records.claims import Claim
+from bench.records.old_claims import claim
+from bench.records.records import Point, grouped, where
 from bench.statistics.estimates import LEAST_REPEATS, Estimate, two_sided_factor, two_sided_median
-from bench.statistics.extrapolated_error import one_sided_mean
+from bench.statistics.fits import one_sided_mean
 from lod.arrays import Reals
 
 SET_UP = "prune", "appearance", "describe", "build"

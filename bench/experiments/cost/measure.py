@@ -11,14 +11,14 @@ from typing import Any
 import numpy as np
 
 from bench.children import run_in_child
-from bench.experiments.fidelity.shipped.pictures import flips
-from bench.fields.judged_seeds import first_seed
 from bench.frame_costs import KINDS, Size, preset_costs, window_costs
-from bench.records.points import Column, Point, columns
+from bench.images.compare import flips
+from bench.old_experiment import Effort
 from bench.records.provenance import scene_digest
-from bench.runner.experiment import Effort
-from scenes.preset.load import load_preset
-from scenes.render.mitsuba.variants import choose
+from bench.records.records import Column, Point, columns
+from bench.seeds import first_seed
+from scenes.presets.load import load_preset
+from scenes.render.variants import choose
 
 SETTINGS = ("render.size=320x180", "render.spp=8", "species.sward.density=0")
 SIDES = "whole", "pruned"

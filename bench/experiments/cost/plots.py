@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from bench.experiment import Table
 from bench.experiments.cost.claims import (
     SET_UP,
     STAGES,
@@ -14,11 +15,9 @@ from bench.experiments.cost.claims import (
     stage_us,
     trace_us,
 )
-from bench.experiments.fidelity.shipped.claims import errors
+from bench.images.compare import errors
 from bench.plots.plot import Curve, Plot, curves
-from bench.records.points import Point, grouped, where
-from bench.records.records import Record
-from bench.runner.experiment import Table
+from bench.records.records import Point, Record, grouped, where
 
 
 def plots(record: Record) -> tuple[Plot, ...]:

@@ -1,8 +1,9 @@
 """What the eye experiment claims, judged from its raw points alone."""
 
-from bench.fields.part_sizes import part_counts, shares_kept
-from bench.records.claims import Claim, claim, verification
-from bench.records.points import Point, grouped, where
+from bench.part_sizes import part_counts, shares_kept
+from bench.records.claims import Claim
+from bench.records.old_claims import claim, verification
+from bench.records.records import Point, grouped, where
 from bench.statistics.estimates import two_sided_share
 
 JUDGED_AT = 67.0

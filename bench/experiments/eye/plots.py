@@ -1,11 +1,10 @@
 """What the eye experiment shows: parts left against pixels per degree, and a table."""
 
+from bench.experiment import Table
 from bench.experiments.eye.claims import VIEWERS
-from bench.fields.part_sizes import part_counts, predicted_parts, shares_kept
+from bench.part_sizes import part_counts, predicted_parts, shares_kept
 from bench.plots.plot import Curve, Plot, curves
-from bench.records.points import Point, grouped
-from bench.records.records import Record
-from bench.runner.experiment import Table
+from bench.records.records import Point, Record, grouped
 
 _AXIS = "pixels per degree of sight", "share of the parts that is left"
 _LABELS = {

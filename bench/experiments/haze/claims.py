@@ -2,9 +2,10 @@
 
 import numpy as np
 
-from bench.fields.part_sizes import BOUNDS_M, SIZES, part_counts, shares_kept
-from bench.records.claims import Claim, claim, verification
-from bench.records.points import Point, grouped
+from bench.part_sizes import BOUNDS_M, SIZES, part_counts, shares_kept
+from bench.records.claims import Claim
+from bench.records.old_claims import claim, verification
+from bench.records.records import Point, grouped
 from bench.statistics.estimates import two_sided_share
 
 BIG = SIZES[len(BOUNDS_M) - 1 :]

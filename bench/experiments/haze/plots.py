@@ -2,12 +2,11 @@
 
 import numpy as np
 
+from bench.experiment import Table
 from bench.experiments.haze.claims import KIND
-from bench.fields.part_sizes import SIZES, part_counts, predicted_parts, shares_kept
+from bench.part_sizes import SIZES, part_counts, predicted_parts, shares_kept
 from bench.plots.plot import Curve, Plot, curves
-from bench.records.points import Point, grouped
-from bench.records.records import Record
-from bench.runner.experiment import Table
+from bench.records.records import Point, Record, grouped
 
 _AXIS = "visibility V (m)", "share of the parts that is left"
 _VIEWERS = {"nobody": "no eye", "eye": "an eye at 67 pixels per degree"}

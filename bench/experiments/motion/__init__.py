@@ -1,6 +1,6 @@
 """What does the experiment `motion` ask, which functions answer it, and what is shown?"""
 
-from bench.runner.experiment import Experiment, functions_of
+from bench.old_experiment import Experiment, functions_of
 
 EXPERIMENT = Experiment(
     name="motion",

@@ -10,14 +10,14 @@ from dataclasses import asdict, dataclass
 from bench.experiments.motion import pictures as motion_picture
 from bench.experiments.motion.moves import FAST, MOVES, PICTURED, Move
 from bench.experiments.motion.pictures import Pictures
-from bench.records.points import Column, Point
+from bench.images.compare import LEAST_PAIRS
+from bench.old_experiment import Effort
 from bench.records.provenance import scene_digest
-from bench.runner.experiment import Effort
-from bench.statistics.excess_flip import LEAST_PAIRS
+from bench.records.records import Column, Point
 from lod.pruner import prune
-from scenes.preset.load import load_preset
-from scenes.render.mitsuba.variants import choose
-from scenes.world.view import view_at
+from scenes.presets.load import load_preset
+from scenes.render.variants import choose
+from scenes.scene import view_at
 from scenes.world.world import World, build_world
 
 FRAME = 5

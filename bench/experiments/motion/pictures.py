@@ -13,14 +13,14 @@ from functools import cache
 import numpy as np
 
 from bench.experiments.motion.moves import Move
-from bench.records.points import Point, columns
-from bench.statistics.excess_flip import LEAST_PAIRS, mean_flip
-from scenes.frame.assemble import assemble_frame
+from bench.images.compare import LEAST_PAIRS, mean_flip
+from bench.records.records import Point, columns
 from scenes.frame.frame_input import FrameInput
-from scenes.preset.load import load_preset
-from scenes.preset.tables import Preset
-from scenes.render.pictures.tone_map import auto_exposure, to_srgb
-from scenes.render.pipeline.render import render_frame
+from scenes.presets.load import load_preset
+from scenes.presets.schema import Preset
+from scenes.render.pictures import auto_exposure, to_srgb
+from scenes.render.render import render_frame
+from scenes.scene import assemble_frame
 from scenes.world.world import World, build_world
 
 FRAME = 2

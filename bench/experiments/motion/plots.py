@@ -1,10 +1,9 @@
 """What the motion experiment shows: parts that motion keeps against speed, and a table."""
 
+from bench.experiment import Table
 from bench.experiments.motion.claims import PICTURE, kept, one_sided_excess_flip, parts
 from bench.plots.plot import Curve, Plot, curves
-from bench.records.points import Point, where
-from bench.records.records import Record
-from bench.runner.experiment import Table
+from bench.records.records import Point, Record, where
 
 
 def plots(record: Record) -> tuple[Plot, ...]:

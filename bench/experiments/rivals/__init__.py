@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from bench.runner.experiment import Experiment, functions_of
+from bench.old_experiment import Experiment, functions_of
 
 _KINDS = "crowd", "meadow", "swaying", "forest", "swaying forest"
 _RIVALS = "blake", "full", "distance", "in_view", "discrete", "stochastic"

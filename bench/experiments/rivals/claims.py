@@ -1,8 +1,9 @@
 """What the rivals experiment claims, judged from its raw errors, times and bytes alone."""
 
 from bench.methods.comparison import AtEqualError, at_equal_error, beside_best_rival
-from bench.records.claims import Claim, claim
-from bench.records.points import Point, grouped
+from bench.records.claims import Claim
+from bench.records.old_claims import claim
+from bench.records.records import Point, grouped
 from bench.statistics.estimates import two_sided_factor
 
 _SOURCE = "§4.1, derived: docs/method.md"

@@ -1,7 +1,8 @@
 """What the updates experiment claims, judged from its raw counts and times alone (§2)."""
 
-from bench.records.claims import Claim, claim, verification
-from bench.records.points import Point, where
+from bench.records.claims import Claim
+from bench.records.old_claims import claim, verification
+from bench.records.records import Point, where
 from bench.statistics.estimates import Estimate, exactly, two_sided_paired_ratio, two_sided_share
 from lod.arrays import Reals
 

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bench.records.points import Column, Key, Point
+from bench.old_experiment import Effort
 from bench.records.provenance import scene_digest
-from bench.runner.experiment import Effort
+from bench.records.records import Column, Key, Point
 from lod.pruner import prune
 from lod.update_schedule import (
     WINDOW,
@@ -27,14 +27,12 @@ from lod.update_schedule import (
     replay_frames,
     threshold_rule,
 )
-from scenes.frame.assemble import assemble_frame
-from scenes.frame.displayed import DisplayedRepresentation, display
-from scenes.frame.schedule import is_scheduled, poses_over
-from scenes.preset.load import load_preset
-from scenes.preset.tables import Preset
-from scenes.render.mitsuba.variants import choose
-from scenes.render.pipeline.render import render_frame
-from scenes.world.view import frame_time, view_at
+from scenes.frame.frame_input import DisplayedRepresentation, display
+from scenes.presets.load import load_preset
+from scenes.presets.schema import Preset
+from scenes.render.render import render_frame
+from scenes.render.variants import choose
+from scenes.scene import assemble_frame, frame_time, is_scheduled, poses_over, view_at
 from scenes.world.world import World, build_world
 
 FRAME = WINDOW + 8

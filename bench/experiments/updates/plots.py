@@ -2,12 +2,11 @@
 
 import numpy as np
 
+from bench.experiment import Table
 from bench.experiments.updates.claims import JUDGED_PX, cpu_us, off_px, redrawn
+from bench.images.compare import PIXELS_PER_DEGREE
 from bench.plots.plot import Curve, Plot, curves
-from bench.records.points import Point, where
-from bench.records.records import Record
-from bench.runner.experiment import Table
-from bench.statistics.excess_flip import PIXELS_PER_DEGREE
+from bench.records.records import Point, Record, where
 from lod.motion import critical_hz
 
 FPS = 24.0

@@ -4,10 +4,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from bench.records.claims import Claim, claim, verification
-from bench.records.points import Point, where
+from bench.records.claims import Claim
+from bench.records.old_claims import claim, verification
+from bench.records.records import Point, where
 from bench.statistics.estimates import Estimate, exactly, two_sided_median
-from bench.statistics.power_law import fit_exponent
+from bench.statistics.fits import fit_exponent
 
 _LAW = "§4.1"
 _CLEAR = 2.5

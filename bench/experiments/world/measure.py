@@ -9,15 +9,15 @@ import math
 from dataclasses import dataclass, replace
 from typing import Any
 
-from bench.fields.plain_scene import first_view, plain_scene, scene_bytes
-from bench.fields.plain_scene import scene_hash as plain_hash
-from bench.records.points import Column, Point, columns
+from bench.old_experiment import Effort
 from bench.records.provenance import scene_digest
-from bench.runner.experiment import Effort
-from bench.runner.timing import interleaved_seconds
+from bench.records.records import Column, Point, columns
+from bench.statistics.timing import interleaved_seconds
+from bench.windows import first_view, plain_scene, scene_bytes
+from bench.windows import scene_hash as plain_hash
 from lod.law import max_ground_distance
 from lod.pruner import prune
-from scenes.preset.load import load_preset
+from scenes.presets.load import load_preset
 
 PRESET, SPECIES, SIZE = "crowd", "figure", "96x54"
 WORLDS = (1e3, 1e5, 1e6, 1e9, 1e12, 1e15)

@@ -2,13 +2,12 @@
 
 import numpy as np
 
+from bench.experiment import Table
 from bench.experiments.world.claims import added_by_parts, beyond_limit, seconds
 from bench.plots.plot import Curve, Plot, curves
-from bench.records.points import Point, where
-from bench.records.records import Record
-from bench.runner.experiment import Table
+from bench.records.records import Point, Record, where
 from bench.statistics.estimates import two_sided_median
-from bench.statistics.power_law import RivalModels, compare_with_log
+from bench.statistics.fits import RivalModels, compare_with_log
 
 _LABELS = {"blake": "pruned", "full": "unpruned"}
 

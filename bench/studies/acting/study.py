@@ -36,11 +36,10 @@ from bench.acting import (
     verdict_rows,
     walking_rows,
 )
-from bench.cli.output import table
-from bench.cli.progress import counted
+from bench.cli.output import counted, table
 from bench.records.provenance import provenance, scene_digest
 from lod.errors import InputError
-from scenes.render.files.whole_file import whole_file
+from scenes.files import whole_file
 
 Record = dict[str, dict[str, Any]]
 """What was measured, by part."""

@@ -13,10 +13,10 @@ import numpy as np
 
 from bench.statistics.estimates import two_sided_mean
 from bench.studies.grass.counts import grass_alone
-from scenes.frame.assemble import assemble_frame
-from scenes.preset.load import load_preset
-from scenes.preset.tables import Preset
-from scenes.render.pipeline.stages import build_frame, trace
+from scenes.presets.load import load_preset
+from scenes.presets.schema import Preset
+from scenes.render.render import build_frame, trace
+from scenes.scene import assemble_frame
 from scenes.sticks.prototype import LUMINANCE
 from scenes.world.world import build_world
 

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from bench.cli.progress import counted
-from scenes.preset.load import load_preset
-from scenes.render.sequence.settings import frame_settings
-from scenes.render.sequence.worker import Worker
+from bench.cli.output import counted
+from scenes.presets.load import load_preset
+from scenes.render.exr.header import frame_settings
+from scenes.render.worker import Worker
 
 PRESET = "meadow"
 WITHOUT, WITH = "without grass", "with grass"

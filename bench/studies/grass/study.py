@@ -13,8 +13,7 @@ from typing import Any
 import click
 import numpy as np
 
-from bench.cli.output import table
-from bench.cli.progress import counted
+from bench.cli.output import counted, table
 from bench.records.study_record import study_record, write_study_record
 from bench.studies.grass.counts import DENSITIES, METRICS, measure_apart
 from bench.studies.grass.edge import (
@@ -27,7 +26,7 @@ from bench.studies.grass.edge import (
     edge_figures,
 )
 from bench.studies.grass.frames import PRESET, frame_figures, turns_of_frames
-from scenes.render.mitsuba.variants import choose
+from scenes.render.variants import choose
 
 COUNT_SIZE = "640x360"
 """Size of the picture in which parts are counted: the preset's own."""

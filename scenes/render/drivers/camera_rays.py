@@ -1,19 +1,46 @@
-"""Camera rays: through the pixels of a film, and of a run of pixels in a JIT variant.
+"""How samples are shared out: exact counts, in groups that keep their strata.
+
+Camera rays: through the pixels of a film, and of a run of pixels in a JIT variant.
 
 In a JIT variant the samples of each pixel stand side by side, and sums over them are made in a
 fixed order: a film that many threads add to has other last bits every time.
 """
 
 import math
+from functools import lru_cache
 from typing import Any
 
 import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from scenes.frame.quality import Quality
-from scenes.frame.window import Window
-from scenes.render.mitsuba.plugin import load_plugin
+from scenes.frame.frame_input import Quality, Window
+from scenes.render.light import load_plugin
+
+
+@lru_cache(maxsize=64)
+def sample_groups(spp: int) -> tuple[int, ...]:
+    """Split ``spp`` into counts that the multijitter sampler takes as they are: 7 → (6, 1).
+
+    It lays samples out in isqrt(n) rows, and would round any other count up.
+    """
+    if spp == 0:
+        return ()
+    count = next(n for n in range(spp, 0, -1) if n % math.isqrt(n) == 0)
+    return (count, *sample_groups(spp - count))
+
+
+@lru_cache(maxsize=64)
+def square_sides(spp: int) -> tuple[int, ...]:
+    """Split ``spp`` into few squares and give their sides, largest first: 8 → (2, 2), 16 → (4,)."""
+    if spp > 1024:
+        side = math.isqrt(spp)
+        return (side, *square_sides(spp - side**2))
+    best: list[tuple[int, ...]] = [()]
+    for n in range(1, spp + 1):
+        options = ((*best[n - side**2], side) for side in range(1, math.isqrt(n) + 1))
+        best.append(min(options, key=lambda sides: (len(sides), max(sides))))
+    return tuple(sorted(best[spp], reverse=True))
 
 
 def sample_rays(

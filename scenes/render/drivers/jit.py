@@ -9,13 +9,12 @@ import mitsuba as mi
 import numpy as np
 
 from lod.air import Mist, haze_extinction, mist_extinction
-from scenes.frame.quality import Quality, SampleWatch, sampler_seed
-from scenes.render.drivers.accumulate import Samples
-from scenes.render.drivers.camera_rays import in_window, pixel_sums, sample_rays
-from scenes.render.drivers.sample_counts import sample_groups
-from scenes.render.haze.haze import Haze, in_scattered_light
-from scenes.render.haze.scattered_layer import NEAR_M, RATIO
-from scenes.render.mitsuba.build import GUIDES, BuiltScene, pinhole, sensor
+from scenes.frame.frame_input import Quality, SampleWatch, sampler_seed
+from scenes.render.build import GUIDES, BuiltScene, pinhole, sensor
+from scenes.render.drivers.camera_rays import in_window, pixel_sums, sample_groups, sample_rays
+from scenes.render.drivers.samples import Samples
+from scenes.render.haze import Haze, in_scattered_light
+from scenes.render.scattered_layer import NEAR_M, RATIO
 
 _IMAGE_CHANNELS = 4
 """R, G, B and A of the image come before the guides."""

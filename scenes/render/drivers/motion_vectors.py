@@ -12,11 +12,10 @@ import math
 
 import numpy as np
 
-from scenes.frame.window import Window
-from scenes.render.description.describe import NEAR_M
-from scenes.render.description.scene_description import Description
+from scenes.frame.frame_input import Window
+from scenes.render.build import BuiltScene
+from scenes.render.description import NEAR_M, Description
 from scenes.render.drivers.camera_rays import pixel_directions
-from scenes.render.mitsuba.build import BuiltScene
 from scenes.rig.rotations import rotate_vectors, shortest_arc
 
 

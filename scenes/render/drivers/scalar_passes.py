@@ -26,11 +26,11 @@ from typing import Any
 import mitsuba as mi
 import numpy as np
 
-from scenes.frame.quality import Quality, SampleWatch, sampler_seed
-from scenes.render.drivers.accumulate import Samples
-from scenes.render.drivers.camera_rays import pixel_directions
-from scenes.render.drivers.sample_counts import sample_groups, square_sides
-from scenes.render.haze.haze import (
+from scenes.frame.frame_input import Quality, SampleWatch, sampler_seed
+from scenes.render.build import GUIDES, BuiltScene, pinhole, sensor
+from scenes.render.drivers.camera_rays import pixel_directions, sample_groups, square_sides
+from scenes.render.drivers.samples import Samples
+from scenes.render.haze import (
     Haze,
     airlight_along,
     in_scattered_light,
@@ -38,7 +38,6 @@ from scenes.render.haze.haze import (
     optical_depth_to,
     sky_through_air,
 )
-from scenes.render.mitsuba.build import GUIDES, BuiltScene, pinhole, sensor
 
 _IMAGE, _DISTANCE, _CORRECTION, _GUIDES = range(4)
 

@@ -9,12 +9,11 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from scenes.frame.quality import Quality, SampleWatch, sampler_seed
-from scenes.render.drivers.accumulate import Samples
-from scenes.render.drivers.camera_rays import pixel_sums, sample_rays
-from scenes.render.drivers.sample_counts import sample_groups
-from scenes.render.haze.haze import Haze
-from scenes.render.mitsuba.build import GUIDES, BuiltScene, pinhole, sensor
+from scenes.frame.frame_input import Quality, SampleWatch, sampler_seed
+from scenes.render.build import GUIDES, BuiltScene, pinhole, sensor
+from scenes.render.drivers.camera_rays import pixel_sums, sample_groups, sample_rays
+from scenes.render.drivers.samples import Samples
+from scenes.render.haze import Haze
 
 _IMAGE, _GUIDES = range(2)
 

@@ -10,7 +10,7 @@ import pytest
 
 from bench.cli.commands import count
 from bench.cli.main import main
-from scenes.render.files.disk import DiskError
+from scenes.files import DiskError
 
 Run = Callable[..., tuple[int, str, str]]
 

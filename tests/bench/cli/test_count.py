@@ -6,10 +6,9 @@ import math
 import pytest
 
 from bench.cli.main import main
-from bench.count.count_frame import count
-from scenes.preset.load import load_preset
-from scenes.world.view import view_at
-from scenes.world.world import build_world
+from bench.frame_counts import count
+from scenes.presets.load import load_preset
+from scenes.scene import Scene
 
 ADULTS = '{model="figure", density=0.01, prototypes=1}'
 CHILDREN = '{model="figure", density=0.02, prototypes=1, sizes=[0.5]}'
@@ -94,9 +93,10 @@ def test_the_words_name_what_was_counted(capfd: pytest.CaptureFixture[str]) -> N
 
 def test_steps_of_a_count_are_told_before_they_begin() -> None:
     preset = load_preset("campfire")
-    world = build_world(preset)
+    scene = Scene(preset)
+    world = scene.world
     told: list[tuple[int, int, str]] = []
-    count(world, view_at(world, preset, 1), None, lambda *step: told.append(step))
+    count(world, scene.view(1), None, lambda *step: told.append(step))
     names = [each.name for each in (*world.fields, *world.beside)]
     assert [name for _, _, name in told] == [*names, "ground"]
     assert [(done, total) for done, total, _ in told] == [

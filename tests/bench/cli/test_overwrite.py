@@ -9,7 +9,7 @@ from PIL import Image
 from bench.cli.main import main
 from bench.report import write
 from lod.errors import InputError
-from scenes.render.pictures.contact_sheet import save_picture
+from scenes.render.pictures import save_picture
 
 TINY = Path(__file__).with_name("tiny.toml")
 

@@ -7,13 +7,7 @@ import pytest
 from click.testing import CliRunner
 
 from bench.cli.main import program
-from bench.cli.progress import (
-    bars_are_shown,
-    counted,
-    frame_progress,
-    making_shown,
-    progress_bar,
-)
+from bench.cli.output import bars_are_shown, counted, frame_progress, making_shown, progress_bar
 from scenes.processes.progress import tell, work
 
 
@@ -95,7 +89,7 @@ def invoked(words):
 def test_a_frame_tells_what_is_made_for_it_and_how_long_that_takes(monkeypatch, capsys):
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
     clock = iter((100.0, 106.0))
-    monkeypatch.setattr("bench.cli.progress.time.monotonic", lambda: next(clock))
+    monkeypatch.setattr("bench.cli.output.time.monotonic", lambda: next(clock))
     with frame_progress(2) as frames:
         for done in (1.0, 3.0):
             frames.show_samples(1, 0, 0, ("fitting things", done, 5))

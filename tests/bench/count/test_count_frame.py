@@ -2,11 +2,10 @@
 
 import pytest
 
-from bench.count import count_frame
-from bench.count.count_frame import predict
-from scenes.preset.load import load_preset
-from scenes.world.view import view_at
-from scenes.world.world import build_world
+from bench import frame_counts as count_frame
+from bench.frame_counts import predict
+from scenes.presets.load import load_preset
+from scenes.scene import Scene
 
 
 @pytest.mark.parametrize("pitch", [0, -50, -89])
@@ -14,8 +13,9 @@ def test_a_prediction_is_right_to_a_thousandth(monkeypatch, pitch):
     """Of a hundred kinds of people before a camera that looks along the ground, aside and down."""
     keys = ["species.tree.density=0", f"camera.pitch={pitch}", "camera.roll=20"]
     preset = load_preset("crowd", keys)
-    world = build_world(preset)
-    view = view_at(world, preset, 1)
+    scene = Scene(preset)
+    world = scene.world
+    view = scene.view(1)
     (people,) = [each for each in world.fields if each.name == "figure"]
     quick = predict(people, view)
     monkeypatch.setattr(count_frame, "_NODES", 2**20)

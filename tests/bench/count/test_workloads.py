@@ -4,11 +4,11 @@ import json
 
 import pytest
 
+from bench import frame_counts as workloads
 from bench.cli.main import main
-from bench.count import workloads
-from bench.count.workloads import Workload, first_frame_counts, workload_named
+from bench.frame_counts import Workload, first_frame_counts, workload_named
 from lod.errors import InputError
-from scenes.preset.load import preset_names
+from scenes.presets.load import preset_names
 
 QUICK = "fly_in"
 

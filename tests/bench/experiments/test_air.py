@@ -9,9 +9,8 @@ from bench.experiments.air import plots as air_plots
 from bench.experiments.air.claims import SKY, judge
 from bench.experiments.air.measure import delta_e
 from bench.experiments.air.targets import order
-from bench.records.points import Column, Point, columns
 from bench.records.provenance import provenance
-from bench.records.records import Record
+from bench.records.records import Column, Point, Record, columns
 from lod.air import Air, rgb_extinction
 
 

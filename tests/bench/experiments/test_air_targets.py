@@ -11,8 +11,8 @@ from bench.experiments.air.targets import (
     visibility_seen,
 )
 from lod.air import Air, rgb_extinction
-from scenes.frame.quality import Quality
-from scenes.render.mitsuba import variants
+from scenes.frame.frame_input import Quality
+from scenes.render import variants
 
 SEED = 1
 

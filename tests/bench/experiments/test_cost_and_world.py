@@ -5,19 +5,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bench.experiment import experiments
 from bench.experiments.cost import measure as cost_experiment
 from bench.experiments.cost.claims import SET_UP, STAGES, judge_sizes, own_frame_us
 from bench.experiments.cost.claims import judge as judge_cost
 from bench.experiments.cost.measure import Size, measure_size
-from bench.experiments.registry import EXPERIMENTS
 from bench.experiments.world import measure as world_experiment
 from bench.experiments.world.claims import beyond_limit
 from bench.experiments.world.claims import judge as judge_world
 from bench.frame_costs import preset_costs
-from bench.records.points import Column, Point, columns
 from bench.records.provenance import provenance
-from bench.records.records import Record
-from scenes.render.mitsuba.variants import choose
+from bench.records.records import Column, Point, Record, columns
+from scenes.render.variants import choose
+
+EXPERIMENTS = experiments()
 
 
 def frames(**share):

@@ -2,7 +2,7 @@
 
 A picture 5.33° and 128 pixels wide has pixels as fine as one of 1590 across 60°. From 12 m up it
 shows trees from 180 m to the horizon, V = 2 km. Displayed at 67 pixels per degree, with the
-exposure of one blind picture and the curve of scenes.render.pictures.tone_map.
+exposure of one blind picture and the curve of scenes.render.pictures.
 """
 
 from dataclasses import replace
@@ -11,12 +11,11 @@ from functools import cache
 import numpy as np
 import pytest
 
-from bench.statistics.excess_flip import FLOOR, LEAST_PAIRS, mean_flip, one_sided_excess
+from bench.images.compare import FLOOR, LEAST_PAIRS, mean_flip, one_sided_excess
 from lod.air import CLEAR
 from lod.pruner import prune
-from scenes.frame.assemble import assemble_frame
-from scenes.preset.load import load_preset
-from scenes.world.view import view_at
+from scenes.presets.load import load_preset
+from scenes.scene import assemble_frame, view_at
 from scenes.world.world import build_world
 
 OPEN_FIELD = (
@@ -56,14 +55,14 @@ def world():
 
 @cache
 def frame(cut):
-    from scenes.render.mitsuba.variants import choose
+    from scenes.render.variants import choose
 
     return assemble_frame(world(), preset_of(cut), 1, choose("auto"))
 
 
 @cache
 def rendered(cut, seed, clear=False):
-    from scenes.render.pipeline.render import render_frame
+    from scenes.render.render import render_frame
 
     made = frame(cut)
     air = CLEAR if clear else made.air
@@ -72,7 +71,7 @@ def rendered(cut, seed, clear=False):
 
 
 def displayed(cut, seed, clear=False):
-    from scenes.render.pictures.tone_map import auto_exposure, to_srgb_8bit
+    from scenes.render.pictures import auto_exposure, to_srgb_8bit
 
     exposure = auto_exposure(rendered("blind", 0, clear))
     return to_srgb_8bit(rendered(cut, seed, clear), exposure).astype(np.float32) / 255

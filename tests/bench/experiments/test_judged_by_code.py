@@ -10,11 +10,13 @@ from pathlib import Path
 
 import pytest
 
-from bench.experiments.registry import EXPERIMENTS
-from bench.records.points import Column, Point
-from bench.records.records import Record, read_record
+from bench.experiment import experiments
+from bench.records.records import Column, Point, Record, read_record
 from bench.report.words import MARKS
 from lod.errors import InputError
+
+EXPERIMENTS = experiments()
+
 
 PLACE = Path(__file__).parents[3] / "results" / "reference"
 LONG = {"fidelity", "figure"}

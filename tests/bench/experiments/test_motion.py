@@ -5,18 +5,20 @@ from dataclasses import asdict
 
 import pytest
 
+from bench.experiment import experiments
 from bench.experiments.motion import measure as motion_experiment
 from bench.experiments.motion import pictures as motion_picture
 from bench.experiments.motion import plots as motion_plots
 from bench.experiments.motion.claims import judge, kept, one_sided_excess_flip
 from bench.experiments.motion.moves import FAST, MOVES, PICTURED, Move
 from bench.experiments.motion.pictures import Pictures
-from bench.experiments.registry import EXPERIMENTS
-from bench.records.points import Column, Point, columns, merge_points
-from bench.runner.run_experiment import run_experiment
-from bench.statistics.excess_flip import LEAST_PAIRS
-from scenes.render.mitsuba.variants import choose
+from bench.images.compare import LEAST_PAIRS
+from bench.records.records import Column, Point, columns, merge_points
+from bench.runs import run_experiment
+from scenes.render.variants import choose
 from tests.bench.edited import edited
+
+EXPERIMENTS = experiments()
 
 
 def fake(settings, move, seed):

@@ -4,17 +4,20 @@ import re
 
 import pytest
 
-from bench.experiments.registry import EXPERIMENTS
+from bench.experiment import experiments
 from bench.experiments.updates import measure as updates_experiment
 from bench.experiments.updates import plots as updates_plots
 from bench.experiments.updates.claims import judge, off_px, redrawn
 from bench.experiments.updates.measure import BUDGET, CROWD, MOVES, SPEEDS, THRESHOLDS
-from bench.records.points import Column, Point
-from bench.runner.run_experiment import run_experiment
+from bench.records.records import Column, Point
+from bench.runs import run_experiment
 from lod.update_schedule import WINDOW
-from scenes.preset.load import load_preset
+from scenes.presets.load import load_preset
 from scenes.world.world import build_world
 from tests.bench.edited import edited
+
+EXPERIMENTS = experiments()
+
 
 THIN = (
     *CROWD,

@@ -23,20 +23,18 @@ from hypothesis import strategies as st
 
 from bench.cli import main as cli
 from bench.cli.commands.render import command as render
-from bench.cli.frame_flags import frame_numbers, memory_limit_bytes
+from bench.cli.flags import FLAG_KEYS, frame_numbers, memory_limit_bytes, preset_from_flags
 from bench.cli.main import _verdict as main_verdict
 from bench.cli.main import main, program
-from bench.cli.view_flags import FLAG_KEYS, preset_from_flags
 from bench.records.provenance import provenance
 from bench.records.records import FORMAT, FORMAT_VERSION, _hash, read_record
 from lod.errors import InputError
 from lod.metric import Metric
-from scenes.plugins import entry_points
-from scenes.preset.errors import known_keys
-from scenes.preset.load import load_preset, preset_from, preset_names
-from scenes.render.files.frame_paths import check_pattern
-from scenes.render.files.manifest import NAME, load_manifest
-from scenes.render.files.whole_frame import whole_frame
+from scenes import plugins as entry_points
+from scenes.files import check_pattern
+from scenes.presets.keys import known_keys
+from scenes.presets.load import load_preset, preset_from, preset_names
+from scenes.render.exr.sequence import read_whole
 
 KINDS = 6
 CASES = int(os.environ.get("LODBENCH_FUZZ", "600")) // KINDS
@@ -183,14 +181,6 @@ def changed(data: Any, draw: Callable[[Any], Any]) -> Any:
 
 
 HASH = "ab" * 32
-MANIFEST = {
-    "version": 3,
-    "settings": {HASH: {"seed": 0, "render": {"spp": 1}}},
-    "frames": {
-        "a.0001.exr": {"frame": 1, "state": "done", "sha256": HASH, "settings": HASH},
-        "a.0002.exr": {"frame": 2, "state": "pending", "settings": HASH},
-    },
-}
 RECORD = {
     "experiment": "scaling",
     "version": 1,
@@ -205,14 +195,10 @@ RECORD = {
 
 @fuzzed
 @given(st.data())
-def test_manifests_and_records(data: st.DataObject) -> None:
-    """Edited files; a record is sealed again, as one would who knows how."""
+def test_records(data: st.DataObject) -> None:
+    """Edited, and sealed again, as one would who knows how."""
     with tempfile.TemporaryDirectory() as text:
         folder = Path(text)
-        manifest = json.dumps(changed(MANIFEST, data.draw))
-        at = data.draw(st.integers(0, 4 * len(manifest)))
-        (folder / NAME).write_text(manifest[:at], encoding="utf-8")
-        judge(lambda: load_manifest(folder))
         content = changed(RECORD, data.draw)
         try:
             seal = _hash(json.loads(json.dumps(content)))
@@ -227,8 +213,8 @@ def test_manifests_and_records(data: st.DataObject) -> None:
 @pytest.fixture(scope="module")
 def frame(tmp_path_factory: pytest.TempPathFactory) -> bytes:
     """One small frame, as it is written."""
-    from scenes.render.sequence.frame_session import FrameSession
-    from scenes.render.sequence.settings import frame_settings
+    from scenes.render.exr.header import frame_settings
+    from scenes.render.frame_session import FrameSession
 
     small = ['render.size="8x8"', "render.spp=1", "view.detail=50"]
     path = tmp_path_factory.mktemp("frame") / "a.0001.exr"
@@ -248,7 +234,7 @@ def test_headers(frame: bytes, data: st.DataObject) -> None:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "a.0001.exr"
         path.write_bytes(bytes(body[:end]))
-        judge(lambda: whole_frame(path))
+        judge(lambda: read_whole(path))
 
 
 class Entry:
@@ -297,11 +283,11 @@ def test_plug_ins(found: Any) -> None:
 @pytest.mark.slow
 @settings(fuzzed, max_examples=PROGRAMS)
 @given(
-    st.sampled_from(["count", "render", "show", "frames", "verify", "ids", "run", "compare"]),
+    st.sampled_from(["count", "render", "show", "frames", "verify", "list", "run", "compare"]),
     st.lists(st.one_of(WORDS, st.tuples(FLAGS, WORDS)), max_size=4),
 )
 @example("verify", [("--json", "")])
-@example("ids", [])
+@example("list", [])
 @example("compare", ["0"])
 @example("run", ["0"])
 def test_whole_programs(name: str, words: list[str | tuple[str, str]]) -> None:
@@ -322,7 +308,7 @@ def test_whole_programs(name: str, words: list[str | tuple[str, str]]) -> None:
         patch.setattr(cli, "_verdict", verdict)
         os.chdir(folder)
         small = ["-D", 'render.size="4x4"', "-D", "terrain.reach=100"]
-        preset = {"run": [], "compare": [], "verify": [], "ids": []}.get(name, ["zoo", *small])
+        preset = {"run": [], "compare": [], "verify": [], "list": []}.get(name, ["zoo", *small])
         out = ["-o", "out/a.####.exr"] if name in ("render", "frames") else []
         try:
             with pytest.raises(SystemExit) as left, contextlib.redirect_stdout(io.StringIO()):

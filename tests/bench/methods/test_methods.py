@@ -9,7 +9,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bench.fields.windows import Picture, window_preset
 from bench.methods import catalogue as registry
 from bench.methods.catalogue import OURS, arms, culled_beyond
 from bench.methods.discrete_levels import (
@@ -30,11 +29,12 @@ from bench.methods.stochastic import (
     outline_areas,
     toward_mean,
 )
+from bench.windows import Picture, window_preset
 from lod.errors import InputError
 from lod.pruner import prune
 from lod.view import distance, in_view
-from scenes.plugins import entry_points
-from scenes.world.view import view_at
+from scenes import plugins as entry_points
+from scenes.scene import view_at
 from scenes.world.world import build_world
 
 PLUGIN = Path(__file__).parents[2] / "plugin"

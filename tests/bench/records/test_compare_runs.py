@@ -10,9 +10,8 @@ import pytest
 from bench.cli.main import main
 from bench.records.claims import Claim
 from bench.records.compare_runs import compare, compare_paths
-from bench.records.points import Point, columns, predictions
 from bench.records.provenance import provenance
-from bench.records.records import Record, write_record
+from bench.records.records import Point, Record, columns, predictions, write_record
 from bench.records.schema import record_schema
 from lod.errors import InputError
 

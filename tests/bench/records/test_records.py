@@ -7,9 +7,16 @@ from dataclasses import replace
 import pytest
 
 from bench.records.claims import Claim, claim, claim_from
-from bench.records.points import Point, columns, predictions
 from bench.records.provenance import provenance
-from bench.records.records import Record, read_record, read_records, write_record
+from bench.records.records import (
+    Point,
+    Record,
+    columns,
+    predictions,
+    read_record,
+    read_records,
+    write_record,
+)
 from bench.statistics.estimates import Estimate
 from lod.errors import InputError
 

@@ -7,8 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bench.records.embedded_pictures import pictures
-from bench.records.records import write_record
+from bench.records.records import pictures, write_record
 from bench.report.write import write_report
 
 CHROMIUM = shutil.which("chromium")

@@ -8,16 +8,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bench.experiments.registry import EXPERIMENTS
+from bench.experiment import experiments, silent
 from bench.records.probe import NOTE, SOURCES, has_changed, take_probe
 from bench.records.records import read_records, write_record
 from bench.report import stale as rule
 from bench.report.stale import CHANGED, NO_PROBE, OTHER_VERSION, stale
 from bench.report.write import write_report
-from bench.runner.dask_cases import serial_executor
-from bench.runner.experiment import silent
-from bench.runner.journal import RunRequest, journal, sources
-from bench.runner.run_experiment import run_request
+from bench.runs import RunRequest, journal, run_request, serial_executor, sources
+
+EXPERIMENTS = experiments()
+
 
 RESULTS = Path(__file__).parents[3] / "results"
 MARK = "of older code"

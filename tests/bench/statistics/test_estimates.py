@@ -13,7 +13,7 @@ from bench.statistics.estimates import (
     two_sided_ratio_of_means,
     two_sided_slope,
 )
-from bench.statistics.sample_size import StoppingRule, sample
+from bench.statistics.samples import StoppingRule, sample
 from lod.errors import InputError
 
 

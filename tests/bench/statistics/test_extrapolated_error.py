@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bench.statistics.extrapolated_error import noise_free, one_sided_mean
+from bench.statistics.fits import noise_free, one_sided_mean
 from lod.errors import InputError
 
 COUNTS = np.array([16.0, 64.0, 256.0])

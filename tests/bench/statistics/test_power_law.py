@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from bench.plots.plot import Curve, curves
-from bench.statistics.power_law import EVEN, compare_with_log, fit_exponent
+from bench.statistics.fits import EVEN, compare_with_log, fit_exponent
 from lod.errors import InputError
 
 X = np.geomspace(1.0, 1000.0, 24)

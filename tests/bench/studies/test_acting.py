@@ -29,8 +29,8 @@ from bench.studies.acting import study
 from lod.pruner import prune
 from scenes.actors.acting import Rules
 from scenes.actors.behaviours import BEHAVIOURS
+from scenes.scene import view_at
 from scenes.world.cast import make_cast
-from scenes.world.view import view_at
 from scenes.world.world import build_world, make_terrain
 
 

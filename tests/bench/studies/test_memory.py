@@ -3,7 +3,7 @@
 import pytest
 
 from bench.studies.memory import SCENES, memory_growth, predicted_memory, render_scene
-from scenes.render.mitsuba.variants import JIT_VARIANT, works
+from scenes.render.variants import JIT_VARIANT, works
 
 pytestmark = pytest.mark.slow
 

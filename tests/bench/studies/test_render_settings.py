@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from bench.studies.render_settings import DARK, SPP, noise, settings
-from scenes.frame.quality import Quality
-from scenes.render.mitsuba import variants
-from scenes.render.mitsuba.plugin import load_plugin
+from scenes.frame.frame_input import Quality
+from scenes.render import variants
+from scenes.render.light import load_plugin
 
 
 def test_noise_is_the_variance_over_the_squared_light() -> None:

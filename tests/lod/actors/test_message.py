@@ -3,7 +3,7 @@ import importlib
 
 import pytest
 
-from lod.actors.message import Answer, Refusal, Refused, ask, change, nearest_route, parse_route
+from lod.actors.message import Answer, Refusal, Refused, nearest_route, parse_route
 from lod.errors import InputError
 
 MODULES = ("quaternion", "message", "object_with_parts", "actor")
@@ -29,19 +29,6 @@ def test_a_route_is_read_with_slashes_dots_or_as_names():
 def test_a_route_without_a_name_is_refused(route):
     with pytest.raises(InputError, match="names with one / between"):
         parse_route(route)
-
-
-def test_messages_say_what_they_are():
-    assert repr(ask("leg.foot", "position")) == "<ask leg/foot: position()>"
-    assert repr(change("", "turn", (0, 0, 1), 40)) == "<change itself: turn((0, 0, 1), 40)>"
-
-
-def test_messages_cannot_be_changed_on_the_way():
-    message = change("leg", "turn", (0, 0, 1), 40)
-    with pytest.raises(AttributeError):
-        message.route = ("arm",)
-    with pytest.raises(AttributeError):
-        message.action.changes = False
 
 
 def test_an_answer_has_a_value_and_a_refusal_none():

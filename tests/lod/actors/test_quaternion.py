@@ -1,11 +1,9 @@
 import inspect
 import math
-import subprocess
-import sys
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
@@ -15,14 +13,13 @@ from lod.actors.quaternion import (
     NORTH,
     UP,
     Quaternion,
+    angles_of,
     components,
-    from_rotation_vector,
+    from_angles,
     pure_quaternion,
     rotate,
     rotation,
-    rotation_vector,
     unit,
-    vector_part,
 )
 from lod.errors import InputError
 
@@ -77,11 +74,6 @@ def test_rotation_preserves_length(q, v):
     assert math.hypot(*rotate(q, v)) == pytest.approx(math.hypot(*v), rel=1e-13, abs=1e-300)
 
 
-@given(turns, vectors)
-def test_rotation_does_not_ask_for_length_1(q, v):
-    assert close(rotate(3.5 * q, v), rotate(q, v))
-
-
 @given(turns, turns)
 def test_composition_is_the_matrix_product(a, b):
     assert close(matrix(a * b), matrix(a) @ matrix(b))
@@ -93,22 +85,19 @@ def test_matrix_agrees_with_scipy(q):
 
 
 @given(turns)
-def test_rotation_vector_and_back(q):
-    v = rotation_vector(q)
-    assert np.linalg.norm(v) <= 180 + 1e-9
-    assert same_rotation(from_rotation_vector(v), q)
-    assert same_rotation(from_rotation_vector(rotation_vector(-q)), q)
+def test_angles_and_back(q):
+    """As SciPy has them; where the one about y is ±90° the other two are one."""
+    assume(abs(q.w * q.y - q.z * q.x) < 0.499)
+    angles = angles_of(q)
+    assert same_rotation(from_angles(angles), q, 1e-7)
+    theirs = Rotation.from_quat(components(q)).as_euler("xyz", degrees=True)
+    assert close((np.array(angles) - theirs + 180) % 360, 180, 1e-6)
 
 
 @given(vectors.filter(lambda v: np.linalg.norm(v) > 1e-3), st.floats(-720, 720))
 def test_rotation_agrees_with_scipy(axis, angle):
     rotvec = np.radians(angle) * np.array(axis) / np.linalg.norm(axis)
     assert close(matrix(rotation(axis, angle)), Rotation.from_rotvec(rotvec).as_matrix())
-
-
-def test_no_rotation_is_no_rotation():
-    assert components(from_rotation_vector((0, 0, 0))) == IDENTITY
-    assert rotation_vector(Quaternion(*IDENTITY)) == (0, 0, 0)
 
 
 def test_unit_quaternions_stay_unit_over_a_million_products():
@@ -134,12 +123,6 @@ def test_without_renormalising_they_would_not():
     assert abs(norm(q) - 1.0) < 1e-15
 
 
-@given(turns)
-def test_normalising_twice_changes_nothing(q):
-    once = unit(3.3 * q)
-    assert components(unit(once)) == components(once)
-
-
 @pytest.mark.parametrize(
     ("call", "named"),
     [
@@ -154,16 +137,3 @@ def test_normalising_twice_changes_nothing(q):
 def test_what_is_no_rotation_is_refused(call, named):
     with pytest.raises(InputError, match=named):
         call()
-
-
-def test_a_vector_comes_back_from_its_pure_quaternion():
-    assert vector_part(pure_quaternion(np.array([1.0, 2.0, 3.0]))) == (1, 2, 3)
-
-
-def test_needs_neither_llvm_nor_mitsuba(tmp_path):
-    code = (
-        "import sys; from lod.actors.quaternion import UP, rotate, rotation;"
-        "assert rotate(rotation(UP, 180), (1, 0, 0))[0] == -1; assert 'mitsuba' not in sys.modules"
-    )
-    nowhere = {"DRJIT_LIBLLVM_PATH": str(tmp_path / "none.so"), "PYTHONPATH": ":".join(sys.path)}
-    subprocess.run([sys.executable, "-c", code], env=nowhere, check=True, capture_output=True)

@@ -1,6 +1,6 @@
 """A small scene with live actors, for tests."""
 
-from scenes.preset.load import preset_from
+from scenes.presets.load import preset_from
 from scenes.world.cast import make_acting, make_cast, preset_roles, role_prototypes
 from scenes.world.world import make_terrain
 

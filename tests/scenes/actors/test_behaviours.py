@@ -155,18 +155,6 @@ def test_a_camera_looks_at_whom_it_is_told_to(kind):
     assert np.hypot(*np.subtract(seen[-1][1], seen[0][1])[:2]) > 1.5
 
 
-@pytest.mark.parametrize(("ease", "quarter"), [("linear", 7.5), ("smooth", 4.6875)])
-def test_a_script_eases_as_it_is_told(ease, quarter):
-    line = {"to": "joe head", "do": "orient z 30deg", "over": 0.5, "ease": ease}
-
-    def look(stage):
-        turn = stage.receive(ask("joe/head", "orientation")).value
-        return 2 * np.degrees(np.arctan2(turn.z, turn.w))
-
-    angles = np.array(acted(preset(script=(line,)), 13, look))
-    assert np.allclose(angles[[0, 3, 6, 12]] - angles[0], (0.0, quarter, 15.0, 30.0), atol=1e-6)
-
-
 def test_who_coasts_and_is_asked_acts_before_it_answers(monkeypatch):
     """Nobody is due but once a second; in frame 10 the camera asks joe, and in frame 16 ann."""
     acts, told = {"joe": [], "ann": []}, []

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from scenes.actors.acting import Restlessness, offset_bound_m
+from scenes.actors.acting import MotionBounds, offset_bound_m
 from scenes.actors.body import ACCELERATION, SPIN_ACCELERATION
 from scenes.actors.limb import planted_phase, step_at
 from scenes.actors.performance import posed_prototype
@@ -49,7 +49,7 @@ def gone(who, speed, accelerating, turning, seconds, steps=100):
 @pytest.mark.parametrize("share", [0.0, 0.2, 0.8, 1.25, 1.5, 2.5])
 def test_nothing_is_farther_off_than_the_bound(model, share):
     who = model_prototypes(model, 1, (1.0,), True)[0]
-    speed, bodies = share * who.motion.speed, Restlessness.of([who])
+    speed, bodies = share * who.motion.speed, MotionBounds.of([who])
     for seconds in (1 / 24, 0.2):
         bound = float(offset_bound_m(bodies, np.array([speed]), np.array([seconds]))[0])
         coasted = stick_ends_of(who, *gone(who, speed, 0, 0, seconds))

@@ -3,7 +3,7 @@
 No file holds a value that was fitted to a model: a fit needs its shapes and albedos alone.
 
 The data files of the packages are presets, botany, anatomy, golden counts (which
-``tests/bench/count`` counts again) and the sky's table (``bench.calibrate.sky_table``).
+``tests/bench/count`` counts again) and the sky's table (``tests.tools.sky_table``).
 """
 
 import subprocess
@@ -165,8 +165,7 @@ FITTED = {"area_share", "heights", "leaf_appearance", "lit", "lit_bare", "overla
 """Names under which fitted values stood in files, and under which fits have them now."""
 
 KINDS = {
-    "bench/count/workloads.json",
-    "bench/studies/appearance/kinds/*.toml",
+    "bench/workloads.json",
     "scenes/figures/animals/*.toml",
     "scenes/figures/*.toml",
     "scenes/trees/species/*.toml",

@@ -10,7 +10,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bench.calibrate.sky_table import cells
 from lod.shapes import StickTable
 from scenes.appearance import sky as skies
 from scenes.appearance.sky import (
@@ -23,10 +22,11 @@ from scenes.appearance.sky import (
     sky_at,
 )
 from scenes.appearance.tone import Illumination, _fit, _solve, fit_tone, lone_object, outgoing_light
-from scenes.render.mitsuba import variants
+from scenes.render import variants
 from scenes.sticks.by_view import ELEVATIONS_DEG, ViewDependence
 from scenes.sticks.prototype import LUMINANCE, PartPlaces, assemble_prototype
 from scenes.sticks.shapes import Shapes
+from tests.tools.sky_table import cells
 
 BLACK = np.zeros(3)
 

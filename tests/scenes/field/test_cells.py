@@ -53,10 +53,3 @@ def test_counts_are_poisson_and_places_uniform(density):
     for column in samples.u.T:
         assert stats.kstest(column, "uniform").pvalue > 1e-3
     assert np.abs(np.corrcoef(samples.u.T) - np.eye(8)).max() < 0.02
-
-
-def test_seeds_and_species_have_fields_of_their_own():
-    cells = square(3)
-    first = PoissonCells(0, "figure", 0.1).sample(*cells).u
-    assert first.tolist() != PoissonCells(1, "figure", 0.1).sample(*cells).u.tolist()
-    assert first.tolist() != PoissonCells(0, "tree", 0.1).sample(*cells).u.tolist()

@@ -13,17 +13,15 @@ from lod.camera import Corner, camera_from_heading
 from lod.errors import InputError
 from scenes.actors.body import Body
 from scenes.actors.performance import posed_prototype
-from scenes.dust.dust import Dust
-from scenes.dust.soil import Soil
-from scenes.field.placement import Species
-from scenes.field.species_field import Placed, SpeciesField
+from scenes.field.species_field import Placed, Species, SpeciesField
 from scenes.figures.animal_file import animal
 from scenes.figures.person import people_at_rest
+from scenes.ground.terrain import Terrain
 from scenes.models.catalogue import MODELS, model_prototypes
 from scenes.models.stone import boulder_prototypes
-from scenes.particles.kinds import KINDS
-from scenes.particles.plume import Plume
-from scenes.terrain.terrain import Terrain
+from scenes.particles.dust import Dust
+from scenes.particles.footfalls import Soil
+from scenes.particles.plume import KINDS, Plume
 from scenes.trees.species import Weather
 
 GROUND = Terrain(seed=4, amplitude=0.4, wavelength=16.0, hurst=0.8, reach=100.0, finest=1.0)

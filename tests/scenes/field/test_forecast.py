@@ -5,9 +5,8 @@ import pytest
 from lod.crossfade import blend_weights
 from lod.pruner import prune
 from scenes.field.forecast import forecast_field
-from scenes.preset.load import load_preset
-from scenes.world.view import view_at
-from scenes.world.world import build_world
+from scenes.presets.load import load_preset
+from scenes.scene import Scene
 
 CASES = [
     ("crowd", "view.detail=5"),
@@ -28,8 +27,9 @@ CASES = [
 def test_parts_and_shapes_are_foretold_within_a_quarter(case):
     preset, *settings = case
     chosen = load_preset(preset, settings)
-    world = build_world(chosen)
-    view = view_at(world, chosen, 1)
+    scene = Scene(chosen)
+    world = scene.world
+    view = scene.view(1)
     told = [forecast_field(each, view) for each in world.fields]
     cuts = [prune(each, view) for each in world.fields]
     shapes = [
@@ -45,8 +45,9 @@ def test_parts_and_shapes_are_foretold_within_a_quarter(case):
 def test_a_window_far_away_is_foretold_too():
     far = ["world.extent=200", "camera.position=[600, 0]", "camera.heading=270"]
     chosen = load_preset("zoo", far)
-    world = build_world(chosen)
-    view = view_at(world, chosen, 1)
+    scene = Scene(chosen)
+    world = scene.world
+    view = scene.view(1)
     told = sum(forecast_field(each, view).parts for each in world.fields)
     parts = sum(len(prune(each, view)) for each in world.fields)
     assert parts > 50
@@ -56,9 +57,10 @@ def test_a_window_far_away_is_foretold_too():
 def test_what_is_endless_costs_the_same_to_foretell():
     """Counts of a detail that no memory could hold come from as few objects as any other's."""
     chosen = load_preset("crowd", ["view.detail=1e-4", "air.visibility='clear'"])
-    world = build_world(chosen)
-    view = view_at(world, chosen, 1)
-    coarse = view_at(world, load_preset("crowd", ["air.visibility='clear'"]), 1)
+    scene = Scene(chosen)
+    world = scene.world
+    view = scene.view(1)
+    coarse = scene.with_preset(load_preset("crowd", ["air.visibility='clear'"])).view(1)
     fine, usual = (
         sum(forecast_field(each, v).parts for each in world.fields) for v in (view, coarse)
     )

@@ -11,24 +11,22 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bench.count.count_frame import count
+from bench.frame_counts import count
 from lod.camera import GRID_M, Corner, camera_from_heading, split_position
 from lod.crossfade import blend_weights
 from lod.metric import METRICS
 from lod.pruner import prune, prune_by_level
 from lod.view import View
 from scenes.appearance.sky import sky_at
-from scenes.far_cover.aggregate_cover import AggregateCover
-from scenes.field.placement import Habitat, Species
-from scenes.field.species_field import Placed, SpeciesField
+from scenes.field.species_field import Habitat, Placed, Species, SpeciesField
 from scenes.figures.animal_file import animal
+from scenes.ground.far_cover import AggregateCover
+from scenes.ground.terrain import Terrain
 from scenes.models.catalogue import at_rest, people
 from scenes.models.stone import boulder_prototypes
-from scenes.preset.load import load_preset
-from scenes.terrain.terrain import Terrain
 from scenes.trees.species import tree_species
 from scenes.trees.tree import tree_prototypes
-from scenes.world.world import World, make_habitat
+from scenes.world.world import World
 
 
 class Ground:
@@ -106,15 +104,6 @@ def test_it_is_as_exact_far_from_the_origin(cell, x, y, eye):
     for axis, cells in ((0, corner.x), (1, corner.y)):
         exact = Fraction(place[axis]) - Fraction(GRID_M) * cells
         assert abs(Fraction(float(found[axis])) - exact) < Fraction(1, 10**9)
-
-
-def test_the_camera_s_cell_changes_nothing():
-    """The same picture from the same eye, whichever corner its place is told from."""
-    hare = Placed("hare", animal("rabbit"), 5.0, 6.0, 30.0, Ground())
-    one, other = view_from(3.0, 4.0, 0.3), view_from(3.0 + 5 * 16, 4.0 - 2 * 16, 0.3, cell=(-5, 2))
-    (_, a), (_, b) = displayed(hare, one), displayed(hare, other)
-    assert len(a) > 10
-    assert np.array_equal(a.start, b.start)
 
 
 def test_it_moves_on_the_spot_in_time_with_its_motion():
@@ -217,10 +206,3 @@ def test_what_is_too_far_to_display_is_missing_only_where_it_grows():
              for h in (HABITAT, None)]  # fmt: skip
     grown, all_over = (each.undisplayed(view(), points)[:, 0] for each in cover)
     assert grown == pytest.approx(all_over * HABITAT.share(HOME, points[:, :2]))
-
-
-def test_presets_say_where():
-    species = load_preset("mountain").species
-    assert make_habitat(species["boulder"], GROUND) is None
-    there = make_habitat(species["conifer"], GROUND)
-    assert (there.highest, there.thinning, there.steepest) == (-20.0, 200.0, 1.0)

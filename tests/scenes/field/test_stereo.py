@@ -5,16 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bench.count.count_frame import predict
-from bench.fields.scene import FLAT, prototypes_of
+from bench.counting import FLAT, prototypes_of
+from bench.frame_counts import predict
 from lod.camera import Corner, camera_from_heading
 from lod.errors import InputError
 from lod.metric import METRICS
 from lod.pruner import prune, prune_by_level
 from lod.view import View
-from scenes.field.placement import Species
-from scenes.field.species_field import SpeciesField
-from scenes.preset.load import load_preset
+from scenes.field.species_field import Species, SpeciesField
+from scenes.presets.load import load_preset
 
 
 def view_of(baseline_m, look_around=False, detail=20.0, eye=None):

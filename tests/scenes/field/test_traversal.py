@@ -4,30 +4,29 @@ from functools import lru_cache
 
 import numba
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lod.crossfade import blend_weights
 from lod.pruner import Parts, displayed, prune, prune_by_level
 from lod.view import compile_view, distance, distance_to, in_view, is_displayed, sphere_in_frustum
-from scenes.preset.load import load_preset
-from scenes.world.view import view_at
-from scenes.world.world import build_world
+from scenes.presets.load import load_preset
+from scenes.scene import Scene
 
 COLUMNS = ("part", "parent", "level", "position", "bound", "limit", "limit_offscreen", "share")
 
 
 @lru_cache(maxsize=8)
 def built(name, extent=None):
-    return build_world(load_preset(name, [f"world.extent={extent}"] if extent else []))
+    return Scene(load_preset(name, [f"world.extent={extent}"] if extent else []))
 
 
 def seen_in(name, *settings, frame=1, extent=None):
     """The world of a preset, and a view of it."""
-    world = built(name, extent)
+    scene = built(name, extent)
     more = [f"world.extent={extent}"] if extent else []
-    return world, view_at(world, load_preset(name, [*settings, *more]), frame)
+    scene = scene.with_preset(load_preset(name, [*settings, *more]))
+    return scene.world, scene.view(frame)
 
 
 def same_cut(representation, view):
@@ -71,13 +70,6 @@ def test_walks_agree_with_the_readable_pruner(name, keys, frame):
     world, view = seen_in(name, *keys, "render.size=50x40", frame=frame, extent=extent)
     for each in (*world.fields, *world.placed):
         same_cut(each, view)
-
-
-@pytest.mark.parametrize("name", ["meadow", "crowd", "zoo"])
-def test_a_frame_of_a_preset_is_cut_the_same(name):
-    world, view = seen_in(name, "render.size=200x100", frame=30)
-    cuts = [same_cut(each, view)[1] for each in world.fields]
-    assert sum(len(cut) for cut in cuts) > 10_000
 
 
 def test_the_number_of_threads_changes_nothing(monkeypatch):

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.random import Philox
 
 from lod import law
 from lod.camera import GRID_M, Corner, camera_from_heading, split_position
@@ -15,38 +14,21 @@ from lod.crossfade import blend_weights
 from lod.metric import METRICS
 from lod.pruner import prune
 from lod.view import View
-from scenes.field.cells import PoissonCells
-from scenes.field.placement import Species, ground_contact_detail
-from scenes.field.species_field import SpeciesField
+from scenes.field.species_field import Species, SpeciesField, ground_contact_detail
 from scenes.figures.animal_file import animal
 from scenes.figures.gait import heel_and_ball
 from scenes.figures.patrol import MIN_STRIDE_FACTOR
 from scenes.models.catalogue import at_rest, people
-from scenes.noise import hash_name
-from scenes.preset.load import load_preset
+from scenes.presets.load import load_preset
 from scenes.rig.foot_placement import BODY, FOOTPRINT, SOLE, Placements, place_on_ground
 from scenes.rig.pose import PoseTables, pose_points
-from scenes.world.view import view_at
-from scenes.world.world import build_world
+from scenes.scene import Scene
+from tests.scenes.field.brute_force import Waves, drawn, objects_in, pruned
 from tests.scenes.figures.contact_errors import lowest_heights, sample_cycle
 from tests.scenes.figures.motion_phase import motion_at
 
 FLAT = 0.0
 HILLY = 1.5
-
-
-class Waves:
-    """Ground with a closed form: slopes of up to 1 in 5 at amplitude 1.5."""
-
-    def __init__(self, amplitude):
-        self.amplitude = amplitude
-
-    def height(self, corner, xy):
-        absolute = xy + GRID_M * np.array((corner.x, corner.y))
-        return self.amplitude * np.sin(absolute[:, 0] / 9) * np.cos(absolute[:, 1] / 11)
-
-    def bounds(self):
-        return -self.amplitude, self.amplitude
 
 
 @lru_cache(maxsize=1)
@@ -88,39 +70,6 @@ def world_from(seed, metric, amplitude):
         time_s=float(chance.uniform(0, 5000)),
     )
     return field, view
-
-
-def drawn(field, lows, highs):
-    """Objects of a range of cells, one by one with NumPy's own Philox: key, home, six numbers."""
-    cells = PoissonCells(field.seed, field.species.name, field.species.density)
-    side, name = cells.side_m, hash_name(field.species.name)
-    mean = field.species.density * side**2
-    key = np.array((field.seed, name), np.uint64)
-
-    def block(x, y, number, half):
-        counter = (x % 2**64) | (y % 2**64) << 64 | number << 128 | half << 192
-        before = [((counter - 1) % 2**256 >> 64 * k) % 2**64 for k in range(4)]
-        words = Philox(counter=np.array(before, np.uint64), key=key).random_raw(4)
-        return [(int(word) >> 11) / 2**53 for word in words]
-
-    for x in range(lows[0], highs[0] + 1):
-        for y in range(lows[1], highs[1] + 1):
-            chance, count, term = block(x, y, 0, 0)[0], 0, math.exp(-mean)
-            while chance >= term:
-                chance, count = chance - term, count + 1
-                term *= mean / count
-            for number in range(count):
-                u = block(x, y, number + 1, 0) + block(x, y, number + 1, 1)
-                yield (x, y, number), ((x + u[0]) * side, (y + u[1]) * side), u
-
-
-def objects_in(field):
-    """Everything that has its home in the window, wherever it walks."""
-    side = PoissonCells(0, "", field.species.density).side_m
-    most = math.ceil(field.extent / side) + 1
-    for each in drawn(field, (-most, -most), (most, most)):
-        if max(map(abs, each[1])) <= field.extent / 2:
-            yield each
 
 
 def patrols(field, home, u, time):
@@ -199,23 +148,6 @@ def brute_force(field, view, objects):
     return shown
 
 
-def pruned(field, view):
-    cut = prune(field, view)
-    parts, objects = cut.parts, cut.parts.state
-    variant = objects.instances.prototype[parts.object]
-    samples, first = objects.samples, field.prototypes.part_tables.root
-    found = {
-        (
-            (int(samples.cell_x[o]), int(samples.cell_y[o]), int(samples.index[o])),
-            v,
-            int(p - first[v]),
-        )
-        for o, p, v in zip(parts.object, parts.part, variant.tolist(), strict=True)
-    }
-    assert len(found) == cut.displayed_parts
-    return found
-
-
 @settings(max_examples=50)
 @given(
     seed=st.integers(0, 2**32),
@@ -224,7 +156,7 @@ def pruned(field, view):
 )
 def test_the_cut_is_what_brute_force_finds(seed, metric, amplitude):
     field, view = world_from(seed, metric, amplitude)
-    assert pruned(field, view) == brute_force(field, view, objects_in(field))
+    assert pruned(field, view)[1] == brute_force(field, view, objects_in(field))
 
 
 def test_these_worlds_hold_something_to_disagree_about():
@@ -232,7 +164,7 @@ def test_these_worlds_hold_something_to_disagree_about():
     some = 0
     for seed in range(30):
         field, view = world_from(seed, sorted(METRICS)[seed % len(METRICS)], FLAT)
-        found = pruned(field, view)
+        _, found = pruned(field, view)
         whole = {(key, v) for key, v, i in found if i == 0}
         parts = sum(len(field.species.prototypes[v].hierarchy) for _, v in whole)
         some += bool(whole) and (len(found) < parts or view.metric.name == "full")
@@ -263,19 +195,12 @@ def test_walkers_far_from_home_are_found():
     side = field.cells.side_m
     lows, highs = (np.floor((eye + s * near) / side).astype(int).tolist() for s in (-1, 1))
     objects = list(drawn(field, lows, highs))
-    found = pruned(field, view)
+    _, found = pruned(field, view)
     assert found == brute_force(field, view, objects)
     homes = {key: math.dist(home, eye) for key, home, _ in objects}
     away = {key for key, *_ in found if homes[key] > limit + 2}
     assert len(away) >= 3
     assert max(homes[key] for key in away) > limit + 20
-
-
-def test_nobody_walks_further_than_the_search_expects():
-    """Objects that are displayed are a small share of those examined only where patrols are."""
-    field, view = far_walkers()
-    cut = prune(field, view)
-    assert 0 < cut.displayed_objects < cut.examined_objects
 
 
 def test_a_frame_is_the_same_whenever_it_is_asked_for():
@@ -326,23 +251,24 @@ def _areas(prototype, view, eye):
 def preset_field(name):
     """The people of a preset, fewer kinds of them, and the preset."""
     preset = load_preset(name, ["species.figure.prototypes=4", "species.tree.density=0"])
-    world = build_world(preset)
-    return world, preset, world.fields[0]
+    scene = Scene(preset)
+    world = scene.world
+    return scene, world.fields[0]
 
 
 @lru_cache(maxsize=4)
 def prune_of(name, frame):
     """The cut of the people of a preset in one frame."""
-    world, preset, field = preset_field(name)
-    return prune(field, view_at(world, preset, frame))
+    scene, field = preset_field(name)
+    return prune(field, scene.view(frame))
 
 
 def people_near(name, frame, most=250):
     """The nearest of which a foot could be displayed, on slopes that people walk: their bodies, and
     the corner.
     """
-    world, preset, field = preset_field(name)
-    view, parts = view_at(world, preset, frame), prune_of(name, frame).parts
+    scene, field = preset_field(name)
+    view, parts = scene.view(frame), prune_of(name, frame).parts
     instances = parts.state.instances
     who = parts.object[parts.parent < 0]
     who = who[contact_levels(field, view, instances, who) == SOLE]
@@ -410,8 +336,8 @@ def test_who_is_too_far_to_show_feet_stands_as_well_as_can_be_seen(name):
     """On any slope, by less than a quarter of the detail that is displayed there; and there are
     many of whom only the whole could be, and many of whom more could.
     """
-    world, preset, field = preset_field(name)
-    view, parts = view_at(world, preset, 1), prune_of(name, 1).parts
+    scene, field = preset_field(name)
+    view, parts = scene.view(1), prune_of(name, 1).parts
     instances, who = parts.state.instances, parts.object[parts.parent < 0]
     heed = contact_levels(field, view, instances, who)
     for closely in (FOOTPRINT, BODY):
@@ -434,8 +360,9 @@ def test_no_animal_floats_or_sinks():
     an ostrich, which lie on slopes along its way and not on those across it.
     """
     preset = load_preset("zoo", ["species.tree.density=0"])
-    world = build_world(preset)
-    view = view_at(world, preset, 5)
+    scene = Scene(preset)
+    world = scene.world
+    view = scene.view(5)
     for field in world.fields:
         legs = field.prototypes.pose_tables.max_legs
         if not legs:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bench.experiments.figure.cases import EVERYTHING
+from bench.experiments.figure import EVERYTHING
 from lod.errors import InputError
 from scenes.figures.anatomy import Build, build_prototype
 from scenes.figures.animal_file import animal, animal_tables, load_animal

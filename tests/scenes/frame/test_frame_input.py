@@ -4,11 +4,9 @@ import numpy as np
 import pytest
 
 from lod.air import CLEAR, haze_extinction
-from scenes.frame.assemble import assemble_frame, frame_quality
-from scenes.preset.load import load_preset
-from scenes.world.light import sun_and_sky
-from scenes.world.view import preset_air
-from scenes.world.world import build_world
+from scenes.presets.load import load_preset
+from scenes.scene import Scene, frame_quality
+from scenes.world.light import preset_air, sun_and_sky
 
 SMALL = (
     "render.size=64x36",
@@ -39,8 +37,9 @@ def test_light_and_quality_are_the_presets_own() -> None:
 
 def test_a_frame_holds_every_representation_once() -> None:
     preset = load_preset("meadow", SMALL)
-    world = build_world(preset)
-    shot = assemble_frame(world, preset, 1, "scalar_rgb")
+    scene = Scene(preset)
+    world = scene.world
+    shot = scene.input(1, "scalar_rgb")
     assert [each.name for each in shot.displayed] == [each.name for each in world.representations]
     for each in shot.displayed:
         assert len(each.shape.owner)
@@ -53,10 +52,10 @@ def test_a_frame_holds_every_representation_once() -> None:
 
 def test_the_same_frame_is_the_same_input_and_the_next_is_not() -> None:
     preset = load_preset("meadow", SMALL)
-    one, two = (assemble_frame(build_world(preset), preset, 3, "scalar_rgb") for _ in range(2))
+    one, two = (Scene(preset).input(3, "scalar_rgb") for _ in range(2))
     for first, second in zip(one.displayed, two.displayed, strict=True):
         assert np.array_equal(first.cut.parts.position, second.cut.parts.position)
         assert np.array_equal(first.shape.owner, second.shape.owner)
-    after = assemble_frame(build_world(preset), preset, 4, "scalar_rgb")
+    after = Scene(preset).input(4, "scalar_rgb")
     step = after.camera.eye[:2] - one.camera.eye[:2]
     assert np.hypot(*step) == pytest.approx(preset.camera.speed / preset.camera.fps)

@@ -12,10 +12,9 @@ from lod.motion import motion_coarsening, motion_steps
 from lod.pruner import prune, prune_by_level
 from lod.shapes import Sticks, batches_of
 from lod.view import distance
-from scenes.preset.load import load_preset
+from scenes.presets.load import load_preset
 from scenes.rig.rigged_prototype import speed_bound
-from scenes.world.view import view_at
-from scenes.world.world import build_world
+from scenes.scene import Scene
 
 SMALL = ("render.size=160x90", "camera.speed=0", "species.tree.prototypes=1", "terrain.amplitude=6")
 EYE = "display.pixels_per_degree=67"
@@ -23,17 +22,17 @@ PAN = ("view.shutter=180", "camera.turn=90")
 
 
 @cache
-def world(name):
+def scene_of(name):
     people = ("species.figure.prototypes=3",)
     wind = ("wind.speed=6",) if name == "crowd" else ()
     preset = load_preset(name, (*SMALL, *people, *wind))
-    return preset, build_world(preset)
+    return Scene(preset)
 
 
 def view_of(name, *settings, frame=7):
-    _, made = world(name)
+    scene = scene_of(name)
     chosen = load_preset(name, (*SMALL, *settings))
-    return made, view_at(made, chosen, frame)
+    return scene.world, scene.with_preset(chosen).view(frame)
 
 
 def same(a, b):
@@ -182,7 +181,7 @@ def test_a_tracked_subject_stays_sharp_and_what_is_behind_it_smears():
     keys = ", ".join(look_at.format(frame, x) for frame, x in ((1, -6), (49, 6)))
     flat = ("terrain.amplitude=0", "view.shutter=180", f"camera.keys=[{keys}]")
     preset = load_preset("meadow", (*SMALL[:1], *flat))
-    view = view_at(build_world(preset), preset, 25)
+    view = Scene(preset).view(25)
     off = GRID_M * np.array((view.camera.corner.x, view.camera.corner.y, 0))
     runs = [np.array(((at - 25) * 0.25, 20.0, 1.7)) - off for at in (24.75, 25.25)]
     behind = np.array((0.0, 60.0, 1.7)) - off

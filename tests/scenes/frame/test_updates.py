@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from lod.update_schedule import WINDOW
-from scenes.frame.assemble import assemble_frame
-from scenes.preset.load import load_preset
-from scenes.world.world import build_world
+from scenes.presets.load import load_preset
+from scenes.scene import Scene
 
 SMALL = (
     "render.size=64x36",
@@ -26,7 +25,7 @@ SMALL = (
 @cache
 def made(*settings, frame=40):
     preset = load_preset("crowd", (*SMALL, *settings))
-    return assemble_frame(build_world(preset), preset, frame, "scalar_rgb")
+    return Scene(preset).input(frame, "scalar_rgb")
 
 
 def sticks(shot, name="figure"):

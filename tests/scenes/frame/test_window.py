@@ -6,9 +6,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lod.errors import InputError
-from scenes.frame.window import Window, whole_window
-from scenes.preset.load import load_preset
-from scenes.preset.values import parse_crop
+from scenes.frame.frame_input import Window, whole_window
+from scenes.presets.load import load_preset
+from scenes.presets.values import parse_crop
 
 
 @st.composite

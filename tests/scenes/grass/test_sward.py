@@ -3,20 +3,19 @@
 import numpy as np
 import pytest
 
-from bench.count.count_frame import predict
+from bench.frame_counts import predict
 from lod.camera import Corner, camera_from_heading
 from lod.law import chained_limits, count_variance, disc_areas, expected_count
 from lod.metric import METRICS
 from lod.pruner import prune, prune_by_level
 from lod.view import View
-from scenes.field.placement import Species
-from scenes.field.species_field import SpeciesField
+from scenes.field.species_field import Species, SpeciesField
 from scenes.grass.sward import BLADES, ROOT_M, swards, tuft_prototypes
+from scenes.ground.terrain import Terrain
 from scenes.models.catalogue import model_prototypes
-from scenes.preset.load import load_preset
+from scenes.presets.load import load_preset
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.sticks.prototype import Prototype
-from scenes.terrain.terrain import Terrain
 from scenes.trees.species import Weather
 from tests.scenes.trees.test_tree import poses
 

@@ -14,9 +14,9 @@ from lod.pruner import BlendWeights, prune
 from lod.shapes import Mesh, MeshTable, SticksAndTriangles, triangle_areas
 from scenes.appearance.tone import displayed_to
 from scenes.appearance.visible_area import visible_areas
-from scenes.field.placement import Species
 from scenes.field.prototypes import species_prototypes
-from scenes.field.species_field import Placed, SpeciesField
+from scenes.field.species_field import Placed, Species, SpeciesField
+from scenes.ground.terrain import Terrain
 from scenes.imported.appearances import TINTS, few_tints, surface_balls
 from scenes.imported.imported_prototype import imported_prototype, projected_areas
 from scenes.imported.library import read_model
@@ -25,7 +25,6 @@ from scenes.render.drivers.motion_vectors import carry_with_triangle
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.sticks.areas import areas_of_parts, directions
 from scenes.sticks.by_view import ELEVATIONS_DEG
-from scenes.terrain.terrain import Terrain
 from tests.scenes.imported.sample_models import box, lamp_tree, mill
 
 GROUND = Terrain(seed=4, amplitude=0.4, wavelength=16.0, hurst=0.8, reach=100.0, finest=1.0)

@@ -4,7 +4,7 @@ import pytest
 from lod.errors import InputError
 from scenes.model_files.names import animal_names, built_in_names
 from scenes.models.catalogue import MODELS, at_rest, model_prototypes
-from scenes.preset.load import load_preset
+from scenes.presets.load import load_preset
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.sticks.prototype import Prototype
 

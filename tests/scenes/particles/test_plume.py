@@ -11,8 +11,7 @@ from lod.metric import METRICS
 from lod.pruner import prune
 from lod.shapes import StickTable, Triangles
 from lod.view import View
-from scenes.particles.kinds import FLAMES, KINDS, PARTICLES_PER_BALL, SMOKE
-from scenes.particles.plume import Plume
+from scenes.particles.plume import FLAMES, KINDS, PARTICLES_PER_BALL, SMOKE, Plume
 from scenes.sticks.areas import directions, mean_area
 from tests.scenes.particles.levels import drawn, level
 

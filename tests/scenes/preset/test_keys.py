@@ -6,9 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scenes.preset.keys import NAMED, key_entries, known_keys
-from scenes.preset.load import load_preset, preset_names, preset_values
-from scenes.preset.write_toml import preset_toml
+from scenes.presets.keys import NAMED, key_entries, known_keys
+from scenes.presets.load import load_preset, preset_names, preset_toml, preset_values
 
 NAMES = [name for name, _ in preset_names()]
 

@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from lod.errors import InputError
-from scenes.preset.load import Setting, load_preset, preset_from, preset_names
-from scenes.preset.tables import Preset
+from scenes.presets.load import Setting, load_preset, preset_from, preset_names
+from scenes.presets.schema import Preset
 
 
 def refusal(name: str, *overrides: str) -> str:

@@ -3,7 +3,7 @@
 import pytest
 
 from lod.errors import InputError
-from scenes.preset.values import parse_height, parse_length, parse_size
+from scenes.presets.values import parse_height, parse_length, parse_size
 
 
 @pytest.mark.parametrize(

@@ -7,10 +7,8 @@ from lod.air import CLEAR
 from lod.camera import Corner, camera_from_heading
 from lod.pruner import Parts, cut_from_parts
 from lod.shapes import Sticks, Triangles
-from scenes.frame.displayed import DisplayedRepresentation
-from scenes.frame.frame_input import FrameInput
-from scenes.frame.quality import Quality
-from scenes.render.mitsuba import variants
+from scenes.frame.frame_input import DisplayedRepresentation, FrameInput, Quality
+from scenes.render import variants
 from scenes.world.light import Light
 
 GPU_VARIANT = "cuda_ad_rgb"

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 
-from bench.experiments.figure.posing_kernels import placed_by_matrices, placed_by_quaternions
+from bench.posing import placed_by_matrices, placed_by_quaternions
 from lod.arrays import frozen
 from lod.errors import InputError
 from scenes.figures.gait import KEYS

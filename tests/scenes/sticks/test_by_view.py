@@ -14,8 +14,8 @@ from lod.errors import InputError
 from lod.metric import METRICS
 from lod.pruner import BlendWeights
 from lod.view import View
-from scenes.far_cover.stand_appearance import full_detail_sticks
 from scenes.field.part_tables import PartTables
+from scenes.ground.stand import full_detail_sticks
 from scenes.rig.rigged_prototype import rigid_prototype
 from scenes.sticks.areas import areas_of_parts, directions, largest_area, mean_outline_areas
 from scenes.sticks.by_view import (

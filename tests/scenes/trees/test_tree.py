@@ -21,8 +21,7 @@ from lod.errors import InputError
 from lod.metric import METRICS
 from lod.pruner import prune
 from lod.view import View
-from scenes.field.placement import Species
-from scenes.field.species_field import Placed, SpeciesField
+from scenes.field.species_field import Placed, Species, SpeciesField
 from scenes.model_files.names import tree_species_names
 from scenes.models.catalogue import model_prototypes
 from scenes.rig.rigged_prototype import RiggedPrototype

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 
 from lod.camera import GRID_M
 from lod.errors import InputError
-from scenes.preset.camera_tables import CameraKey, CameraPreset
-from scenes.preset.load import load_preset
+from scenes.presets.load import load_preset
+from scenes.presets.schema import CameraKey, CameraPreset
 from scenes.world.camera_path import camera_at, height_at
 
 SIZE = (64, 36)

@@ -7,9 +7,8 @@ import pytest
 
 from lod.pruner import prune
 from scenes.figures.person import human_tables
-from scenes.preset.load import load_preset
-from scenes.world.view import view_at
-from scenes.world.world import build_world
+from scenes.presets.load import load_preset
+from scenes.scene import Scene
 
 FRAMES = range(1, 49)
 HAND = "right hand"
@@ -21,17 +20,17 @@ RIGHT_FINGERS = {f"right {finger} finger" for finger in FINGERS}
 def flight():
     """Names of the displayed parts of the person, frame by frame."""
     preset = load_preset("fly_in")
-    world, names = build_world(preset), human_tables().part_names
-    cuts = [prune(world.cast, view_at(world, preset, frame)) for frame in FRAMES]
+    scene, names = Scene(preset), human_tables().part_names
+    cuts = [prune(scene.world.cast, scene.view(frame)) for frame in FRAMES]
     return [{names[row] for row in cut.parts.part.tolist()} for cut in cuts]
 
 
 def test_the_flight_ends_at_the_right_hand():
     """It fills the middle of the last frame: the hand and its fingers within 15° of the axis."""
     preset = load_preset("fly_in")
-    world, names = build_world(preset), human_tables().part_names
-    view = view_at(world, preset, FRAMES[-1])
-    parts = prune(world.cast, view).parts
+    scene, names = Scene(preset), human_tables().part_names
+    view = scene.view(FRAMES[-1])
+    parts = prune(scene.world.cast, view).parts
     at = {names[row]: here for row, here in zip(parts.part, parts.position, strict=True)}
     for name in RIGHT_FINGERS | {HAND}:
         ray = at[name] - view.camera.eye

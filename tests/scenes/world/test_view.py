@@ -6,16 +6,15 @@ import numpy as np
 import pytest
 
 from lod.view import compile_view, in_view, sphere_in_frustum
-from scenes.preset.load import load_preset
-from scenes.world.view import view_at
-from scenes.world.world import build_world
+from scenes.presets.load import load_preset
+from scenes.scene import Scene
 
 
 def test_a_panorama_is_pruned_all_round_at_one_angle():
     preset = load_preset(
         "meadow", ["camera.projection=panorama", "render.size=1024x512", "species={}"]
     )
-    view = view_at(build_world(preset), preset, 1)
+    view = Scene(preset).view(1)
     assert view.look_around
     assert view.m == pytest.approx(2 * math.pi / 1024)
     behind = view.camera.eye - 5 * view.camera.forward

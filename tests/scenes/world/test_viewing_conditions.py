@@ -8,9 +8,9 @@ import pytest
 from lod.air import Air, Mist, least_extinction, rgb_extinction
 from lod.eye import CONTRAST_CLASSES, Display, Eye
 from lod.pruner import prune
-from scenes.preset.load import load_preset, preset_names
-from scenes.world.view import preset_air, view_at
-from scenes.world.world import build_world
+from scenes.presets.load import load_preset, preset_names
+from scenes.scene import Scene
+from scenes.world.light import preset_air
 
 FEW = (
     "species.sward.density=0",
@@ -22,8 +22,8 @@ FEW = (
 
 def sight(*settings, frame=1):
     preset = load_preset("meadow", (*FEW, *settings))
-    world = build_world(preset)
-    return view_at(world, preset, frame).conditions
+    scene = Scene(preset)
+    return scene.view(frame).conditions
 
 
 def test_the_air_is_the_presets_own():
@@ -65,7 +65,8 @@ def test_mist_counts_only_as_far_up_as_anything_reaches():
     """On flat ground the tallest thing decides; from high above, the mist is all but gone."""
     flat = ("terrain.amplitude=0", "air.visibility=5km", "air.mist=300m", "air.mist_scale=20m")
     preset = load_preset("meadow", (*FEW, *flat))
-    world = build_world(preset)
+    scene = Scene(preset)
+    world = scene.world
     top = world.top_m
     tall = max(
         t.hierarchy.position[0, 2] + t.hierarchy.B[0]
@@ -73,7 +74,7 @@ def test_mist_counts_only_as_far_up_as_anything_reaches():
         for t in field.prototypes.rigged
     )
     assert top == pytest.approx(tall)
-    low = view_at(world, preset, 1).conditions.extinction
+    low = scene.view(1).conditions.extinction
     assert low == least_extinction(preset_air(preset), top)
     assert low > 1.5 * least_extinction(Air(5000.0))
     high = sight(*flat, "camera.height=2000").extinction
@@ -82,9 +83,10 @@ def test_mist_counts_only_as_far_up_as_anything_reaches():
 
 def test_nothing_reaches_above_the_top():
     preset = load_preset("zoo", ["render.size=160x90", "air.mist=1km", "species.tree.density=0"])
-    world = build_world(preset)
+    scene = Scene(preset)
+    world = scene.world
     for each in world.fields:
-        parts = prune(each, view_at(world, preset, 1)).parts
+        parts = prune(each, scene.view(1)).parts
         assert (parts.centre[:, 2] <= world.top_m).all()
 
 
@@ -101,8 +103,9 @@ def test_haze_takes_only_what_is_beyond_the_last_of_its_contrast():
     people = (*FEW, "species.figure.density=1e-3", "render.size=640x360", "air.visibility=500m")
     aware = load_preset("meadow", people)
     blind = load_preset("meadow", (*people, "view.haze_aware=false"))
-    world = build_world(aware)
-    views = view_at(world, aware, 1), view_at(world, blind, 1)
+    scene = Scene(aware)
+    world = scene.world
+    views = scene.view(1), scene.with_preset(blind).view(1)
     assert views[0].m == views[1].m
     (field,) = world.fields
     contrast = np.concatenate([tree.contrast for tree in field.prototypes.part_tables.hierarchies])

@@ -9,12 +9,12 @@ from hypothesis import strategies as st
 
 from lod.camera import Corner, camera_from_heading
 from lod.crossfade import blend_weights
-from scenes.frame.assemble import assemble_frame
-from scenes.frame.frame_input import FrameInput
+from scenes.frame.frame_input import FrameInput, whole_window
 from scenes.frame.layers import SKY_Z
-from scenes.frame.window import whole_window
-from scenes.preset.load import load_preset
-from scenes.render.description.describe import describe_frame
+from scenes.presets.load import load_preset
+from scenes.render import variants
+from scenes.render.build import build_scene
+from scenes.render.description import describe_frame
 from scenes.render.drivers.motion_vectors import (
     carry_with_stick,
     motion_vectors,
@@ -22,14 +22,11 @@ from scenes.render.drivers.motion_vectors import (
     project,
 )
 from scenes.render.drivers.scalar_passes import render_passes
-from scenes.render.haze.haze import make_haze
-from scenes.render.mitsuba import variants
-from scenes.render.mitsuba.build import build_scene
-from scenes.render.pipeline.render import render_frame
+from scenes.render.haze import make_haze
+from scenes.render.render import render_frame
 from scenes.rig.pose import pose_points
 from scenes.rig.rotations import rotate_vectors, shortest_arc
-from scenes.world.view import view_at
-from scenes.world.world import build_world
+from scenes.scene import Scene
 
 SIZE = (48, 27)
 vectors = st.tuples(*[st.floats(-1, 1)] * 3).map(np.array)
@@ -163,13 +160,13 @@ def walker(tmp_path_factory):
     path = tmp_path_factory.mktemp("preset") / "walker.toml"
     path.write_text(WALKER)
     preset = load_preset(str(path))
-    return preset, build_world(preset)
+    return Scene(preset)
 
 
-def sampled(preset, world, frame):
+def sampled(scene, frame):
     """What is made of a frame, its built scene, and what its samples met."""
     variants.use("scalar_rgb")
-    made = assemble_frame(world, preset, frame, "scalar_rgb")
+    made = scene.input(frame, "scalar_rgb")
     built = build_scene(describe_frame(made))
     haze = make_haze(built, made.air)
     samples = render_passes(built, haze, made.quality, frame, lambda taken: None)
@@ -182,16 +179,15 @@ def sampled(preset, world, frame):
 def test_a_walker_takes_every_point_along_with_its_joint(walker, frame, error_px):
     """Points of the axes to 0.01 px; those of the surface to what its turning about the axis,
     which no round stick shows, moves them."""
-    preset, world = walker
-    made, built, hit, ids = sampled(preset, world, frame)
-    placed = world.placed[0]
+    made, built, hit, ids = sampled(walker, frame)
+    placed = walker.world.placed[0]
     cut = next(v.cut for v in made.displayed if v.name == "walker")
-    joint = joint_of_parts(placed, cut, blend_weights(cut, view_at(world, preset, frame)))
+    joint = joint_of_parts(placed, cut, blend_weights(cut, walker.view(frame)))
     met = np.isin(ids[..., 1], list(joint)) & (ids[..., 0] == ids[..., 0].max())
     joints = np.array([joint[part] for part in ids[..., 1][met].tolist()])
     hits, corner = hit[met], made.camera.corner
     onto = np.concatenate((hits[:, :6], nearest_of_axis(built, hits)), axis=1)
-    times = [view_at(world, preset, frame + k).time_s for k in (0, 1)]
+    times = [walker.view(frame + k).time_s for k in (0, 1)]
     instances, rows = [placed._place(corner, t) for t in times], np.zeros(len(joints), np.int64)
     (o0, axes0), (o1, axes1) = (
         joint_frames(placed.prototypes.pose_tables, b, rows, joints) for b in instances
@@ -250,9 +246,8 @@ def joint_of_parts(placed, cut, weights):
 def test_a_frame_lands_on_the_next(walker):
     """Where motion says that a pixel goes, the next frame has the same part of the body; much
     less often where it was."""
-    preset, world = walker
-    _, built, hit, ids = sampled(preset, world, 5)
-    _, _, _, after = sampled(preset, world, 6)
+    _, built, hit, ids = sampled(walker, 5)
+    _, _, _, after = sampled(walker, 6)
     height, width = hit.shape[:2]
     at = places(width, height) + motion_vectors(hit, built, whole_window((width, height)))
     column = np.floor(at[..., 0] + width / 2).astype(int)

@@ -4,7 +4,7 @@ import numpy as np
 
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.layers import SKY_Z
-from scenes.render.pipeline.render import render_frame
+from scenes.render.render import render_frame
 from scenes.world.light import Light
 
 

@@ -7,9 +7,8 @@ import pytest
 
 from lod.air import Air
 from lod.camera import ThinLens
-from scenes.frame.frame_input import FrameInput
-from scenes.frame.window import Window
-from scenes.render.pipeline.render import render_frame
+from scenes.frame.frame_input import FrameInput, Window
+from scenes.render.render import render_frame
 
 SIZE = 24, 14
 WINDOW = Window(5, 3, 17, 12)

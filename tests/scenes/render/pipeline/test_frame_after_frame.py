@@ -4,11 +4,9 @@ import numpy as np
 import pytest
 
 from lod.shapes import Sticks
-from scenes.frame.displayed import DisplayedRepresentation
-from scenes.frame.frame_input import FrameInput
-from scenes.render.mitsuba import variants
-from scenes.render.pipeline.render import render_frame
-from scenes.render.pipeline.stages import build_frame, trace
+from scenes.frame.frame_input import DisplayedRepresentation, FrameInput
+from scenes.render import variants
+from scenes.render.render import build_frame, render_frame, trace
 
 TINTS = np.array([[0.5, 0.2, 0.1], [0.1, 0.5, 0.2], [0.2, 0.1, 0.5]])
 

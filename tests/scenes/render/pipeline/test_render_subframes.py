@@ -9,13 +9,11 @@ from lod.camera import Corner, camera_from_heading
 from lod.errors import InputError
 from lod.motion import subframe_offsets
 from lod.shapes import Sticks
-from scenes.frame.assemble import assemble_frame
-from scenes.frame.displayed import DisplayedRepresentation
-from scenes.frame.frame_input import FrameInput
-from scenes.preset.load import load_preset
-from scenes.render.mitsuba import variants
-from scenes.render.pipeline.render_subframes import render_subframes
-from scenes.world.world import build_world
+from scenes.frame.frame_input import DisplayedRepresentation, FrameInput
+from scenes.presets.load import load_preset
+from scenes.render import variants
+from scenes.render.render import render_subframes
+from scenes.scene import Scene
 
 SUBFRAMES = 16
 SIZE, FOCAL = (96, 6), 48.0
@@ -125,7 +123,7 @@ def test_more_sub_frames_than_samples_are_refused(make):
 
 def shot(*settings):
     preset = load_preset("meadow", (*PAN, *settings))
-    return assemble_frame(build_world(preset), preset, 2, "scalar_rgb")
+    return Scene(preset).input(2, "scalar_rgb")
 
 
 def test_a_pan_has_sub_frames_of_one_and_the_same_cut():

@@ -8,10 +8,10 @@ import OpenImageIO as oiio
 import pytest
 
 from scenes.frame.frame_input import FrameInput
-from scenes.preset.tables import OutputPreset
-from scenes.render.files.exr import channel_types, read_exr, read_pixels, write_exr
-from scenes.render.files.header import frame_header
-from scenes.render.pipeline.render import render_frame
+from scenes.presets.schema import OutputPreset
+from scenes.render.exr.header import frame_header
+from scenes.render.exr.layers import channel_types, read_exr, read_pixels, write_exr
+from scenes.render.render import render_frame
 
 SIZE = (128, 32)
 

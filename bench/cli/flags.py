@@ -1,0 +1,343 @@
+"""The flags that commands share, and the rules between them, checked before anything slow begins.
+
+A flag that says what is seen sets a key of the preset, and errors name the flag. One table says
+which flags exclude or need one another; what is said twice of one key is refused, be it by a flag,
+by --density or by -D.
+"""
+
+import os
+import re
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import click
+from click.core import ParameterSource
+from click.shell_completion import CompletionItem
+
+from lod.errors import InputError
+from scenes.presets.load import Setting, load_preset
+from scenes.presets.schema import Preset
+from scenes.presets.things import ScriptLine
+
+Command = Callable[..., Any]
+
+VIEW_KEYS = {
+    "size": "render.size",
+    "seed": "seed",
+    "metric": "view.metric",
+    "detail": "view.detail",
+    "max_parts": "view.max_parts",
+    "visibility": "air.visibility",
+    "haze_aware": "view.haze_aware",
+    "display_ppd": "display.pixels_per_degree",
+    "fade": "view.fade",
+    "shutter": "view.shutter",
+    "smear": "view.smear",
+}
+QUALITY_KEYS = {
+    "spp": "render.spp",
+    "variant": "render.variant",
+    "haze": "render.haze",
+    "spectral": "render.spectral",
+    "update_threshold": "view.update_threshold",
+}
+FILE_KEYS = {
+    "compression": "output.compression",
+    "multipart": "output.multipart",
+    "half": "output.colour",
+    "motion": "output.motion",
+    "denoise": "output.denoise",
+    "cryptomatte": "output.cryptomatte",
+}
+FLAG_KEYS = VIEW_KEYS | QUALITY_KEYS | FILE_KEYS
+"""The key that each flag sets, by the flag's name."""
+
+_TEXT = {"size", "metric", "smear", "visibility", "variant", "haze", "compression", "half"}
+
+
+def complete_preset(_: click.Context, __: click.Parameter, begun: str) -> list[CompletionItem]:
+    """Offer a shell the presets whose names begin so, and leave paths to it."""
+    if "/" in begun or begun.startswith("."):
+        return [CompletionItem(begun, type="file")]
+    files = (resources.files("scenes") / "presets").iterdir()
+    names = sorted(each.name.removesuffix(".toml") for each in files)
+    return [CompletionItem(name) for name in names if name.startswith(begun)]
+
+
+def view_flags(command: Command) -> Command:
+    """Add PRESET and the flags that `render` and `count` share to a command."""
+    flags = (
+        click.argument("preset", shell_complete=complete_preset),
+        click.option("--size", metavar="WxH", help="Picture size in pixels."),
+        click.option("--seed", metavar="N", help="Seed of every random choice."),
+        click.option("--metric", metavar="NAME", help="Member of the metric family."),
+        click.option("--detail", metavar="PX", help="Detail threshold τ in pixels."),
+        click.option(
+            "--max-parts", metavar="N", help="Set --detail so that every frame displays N parts."
+        ),
+        click.option("--visibility", metavar="LENGTH", help="20km, 500m, or clear."),
+        click.option(
+            "--shutter", metavar="DEGREES", help="Shutter angle, 360 = a whole frame; 0 = no blur."
+        ),
+        click.option(
+            "--smear", metavar="NAME", help="Leave out what blur hides: shutter, window (eye), off."
+        ),
+        click.option("--fade", metavar="SHARE", help="Share of its limit over which a part fades."),
+        click.option(
+            "--haze-aware/--no-haze-aware", default=None, help="Leave out what the air hides."
+        ),
+        click.option("--display-ppd", metavar="N", help="Seen by an eye, N pixels per degree."),
+        click.option(
+            "--density",
+            multiple=True,
+            metavar="NAME=K",
+            help="Objects of a species per m², as figure=0.002.",
+        ),
+        click.option(
+            "--say",
+            multiple=True,
+            metavar='"WHO [PART] ACTION"',
+            help="Message to an actor before frame 1.",
+        ),
+        click.option(
+            "-D", "settings", multiple=True, metavar="KEY=VALUE", help="Any preset key, dotted."
+        ),
+    )
+    for flag in reversed(flags):
+        command = flag(command)
+    return command
+
+
+def file_flags(command: Command) -> Command:
+    """Add the flags that say how a frame's file is laid out, and what is in it, to a command."""
+    flags = (
+        click.option("--compression", metavar="NAME", help="zip, zips, piz, rle or none."),
+        click.option(
+            "--multipart", is_flag=True, default=None, help="A part for each group of layers."
+        ),
+        click.option(
+            "--half", flag_value="half", default=None, help="Colour as half instead of float."
+        ),
+        click.option(
+            "--motion", is_flag=True, default=None, help="Layers motion.X/Y: px to the next frame."
+        ),
+        click.option(
+            "--denoise", is_flag=True, default=None, help="Layers denoised.R/G/B beside the raw."
+        ),
+        click.option(
+            "--cryptomatte", is_flag=True, default=None, help="Mattes of objects and species."
+        ),
+    )
+    for flag in reversed(flags):
+        command = flag(command)
+    return command
+
+
+def preset_from_flags(
+    name: str,
+    settings: Sequence[str],
+    density: Sequence[str],
+    say: Sequence[str] = (),
+    **flags: Any,
+) -> Preset:
+    """Load a preset with -D laid over it, and the flags over that; flags left out are None.
+
+    Messages that are said stand before those of the preset's script.
+    """
+    laid: list[str | Setting] = list(settings)
+    for flag, text in flags.items():
+        if text is not None:
+            value = text if flag in _TEXT or isinstance(text, bool) else parse_number(text)
+            laid.append(Setting(f"--{flag.replace('_', '-')}", FLAG_KEYS[flag], value))
+    laid += [_density(text) for text in density]
+    preset = load_preset(name, laid)
+    if flags.get("smear") is not None and preset.view.shutter == 0:
+        rule, cure = "it says what an open shutter hides", "add --shutter 180, or leave it out"
+        raise InputError("--smear", flags["smear"], rule, cure)
+    said = tuple(_said(text) for text in say)
+    return preset.model_copy(update={"script": (*said, *preset.script)}) if said else preset
+
+
+def _said(text: str) -> ScriptLine:
+    """Read a message in words as a line of the script, at the beginning."""
+    from scenes.actors.say import check_action, parse_words
+
+    words = parse_words(text)
+    check_action(words, True, "--say")
+    to = f"{words.who} {words.part}".strip()
+    return ScriptLine(to=to, do=text.split(None, len(to.split()))[-1])
+
+
+def _density(text: str) -> Setting:
+    name, equals, value = (part.strip() for part in text.partition("="))
+    if not (name and equals and value):
+        rule = "NAME=K: a species and its objects per m²"
+        raise InputError("--density", text, rule, "try --density figure=0.002")
+    return Setting(f"--density {name}", f"species.{name}.density", parse_number(value))
+
+
+def parse_number(text: str) -> int | float | str:
+    """Read the number that a text means; another text is given back, for the preset to refuse."""
+    for read in (int, float):
+        try:
+            return read(text)
+        except ValueError:
+            continue
+    return text
+
+
+@dataclass(frozen=True)
+class Rule:
+    """Two flags, or keys of a preset, of which one excludes or needs the other, and why."""
+
+    one: str
+    other: str
+    why: str
+
+
+EXCLUDES = (
+    Rule("resume", "overwrite", "one keeps what is done, the other replaces it"),
+    Rule("view.detail", "view.max_parts", "a budget of parts chooses the detail"),
+    Rule("view.detail", "fit", "a budget of memory chooses the detail"),
+)
+NEEDS = (
+    Rule("tone", "preview", "frames are linear, and only previews have a tone"),
+    Rule("view", "preview", "frames hold all layers, and only previews show one"),
+    Rule("exposure", "preview", "frames are linear, and only previews are exposed"),
+    Rule("fit", "max_memory", "it fills a budget"),
+    Rule("cluster", "repair", "workers only repair; looking is done here"),
+    Rule("threads", "repair", "threads only repair; looking is done by one"),
+    Rule("max_memory", "repair", "only what is rendered again needs memory"),
+)
+"""A rule is for the commands that have both flags."""
+
+EXAMPLES = {"max_memory": "--max-memory 4GB"}
+
+
+class StrictCommand(click.Command):
+    """A command that refuses what is said twice, and flags that the table sets against another."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Parse as click does, then hold what was given against the rules. Raises InputError."""
+        words = list(args)
+        rest = super().parse_args(ctx, args)
+        if not ctx.resilient_parsing:
+            *_, order = self.make_parser(ctx).parse_args(args=words)
+            check_flags(ctx, order)
+        return rest
+
+
+def check_flags(ctx: click.Context, order: Sequence[click.Parameter]) -> None:
+    """Raise InputError where flags contradict; ``order`` has each as often as it was given."""
+    said: dict[str, str] = {}
+    for key, source in _said_keys(ctx, order):
+        if key in said:
+            told = f"{said[key]} {source}" if said[key] != source else source
+            raise InputError(told, "twice", "each key is said once", "leave one out")
+        said[key] = source
+    names = {FLAG_KEYS.get(each.name or "", each.name) for each in ctx.command.params}
+    for rule in EXCLUDES:
+        if rule.one in said and rule.other in said:
+            where = f"{said[rule.one]} {said[rule.other]}"
+            raise InputError(where, "both", rule.why, "leave one out")
+    for rule in NEEDS:
+        if rule.one in said and rule.other in names and rule.other not in said:
+            flag = f"--{rule.other.replace('_', '-')}"
+            cure = f"add {EXAMPLES.get(rule.other, flag)}, or leave it out"
+            raise InputError(said[rule.one], "alone", rule.why, cure)
+
+
+def _said_keys(ctx: click.Context, order: Sequence[click.Parameter]) -> Iterator[tuple[str, str]]:
+    """Yield the key, or the name of the flag, and the source of everything that was given."""
+    for parameter in order:
+        name = parameter.name or ""
+        given = ctx.get_parameter_source(name) == ParameterSource.COMMANDLINE
+        if given and not parameter.multiple and isinstance(parameter, click.Option):
+            yield FLAG_KEYS.get(name, name), f"--{name.replace('_', '-')}"
+    settings: Sequence[Any] = ctx.params.get("settings") or ()
+    for text in settings:
+        key = text.partition("=")[0].strip()
+        yield key, f"-D {key}"
+    for text in ctx.params.get("density") or ():
+        name = text.partition("=")[0].strip()
+        yield f"species.{name}.density", f"--density {name}"
+
+
+LAST_FRAME = 999_999
+MOST_FRAMES = 100_000
+_SPAN = re.compile(r"(\d{1,40})(?:-(\d{1,40})(?:x(\d{1,40}))?)?", re.ASCII)
+_MEMORY = re.compile(r"(\d{1,9}(?:\.\d{1,9})?) ?(MB|GB|MiB|GiB)", re.ASCII | re.IGNORECASE)
+_UNITS = {"mb": 10**6, "gb": 10**9, "mib": 2**20, "gib": 2**30}
+
+
+def frame_numbers(text: str) -> tuple[int, ...]:
+    """Read the frame numbers of ``1-24``, ``1,5,9`` or ``1-100x10``, each once, ascending.
+
+    ``1-100x10`` is every tenth frame from 1: 1, 11, 21 and so on up to 91.
+
+    Raises InputError for anything else.
+    """
+    frames: set[int] = set()
+    for span in text.split(","):
+        match = _SPAN.fullmatch(span.strip())
+        if match is None:
+            raise InputError("--frames", text, "whole numbers, as 1-24 or 1,5,9", "try 1-24")
+        if max(int(each or 0) for each in match.groups()) > LAST_FRAME:
+            rule = f"frames are numbered up to {LAST_FRAME}"
+            raise InputError("--frames", text, rule, "render in parts, each in its folder")
+        first, last, step = int(match[1]), int(match[2] or match[1]), int(match[3] or 1)
+        if step < 1:
+            raise InputError("--frames", text, "a step of at least 1", f"write {first}-{last}x10")
+        if last < first:
+            raise InputError("--frames", text, "a range runs upwards", f"write {last}-{first}")
+        if first < 1:
+            raise InputError("--frames", text, "frames count from 1", "try 1-24")
+        frames.update(range(first, last + 1, step))
+    if len(frames) > MOST_FRAMES:
+        raise InputError("--frames", text, f"at most {MOST_FRAMES} frames", "render in parts")
+    return tuple(sorted(frames))
+
+
+def memory_limit_bytes(text: str | None) -> int | None:
+    """Read --max-memory: the bytes of ``4GB`` or ``2.5GiB``, 0 of ``0`` (no limit), or None.
+
+    Raises InputError for anything else.
+    """
+    if text is None or text.strip() == "0":
+        return None if text is None else 0
+    match = _MEMORY.fullmatch(text.strip())
+    if match is None or not float(match[1]):
+        raise InputError("--max-memory", text, "above 0, in MB, GB, MiB or GiB", "try 4GB")
+    return round(float(match[1]) * _UNITS[match[2].lower()])
+
+
+def memory_flag(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add --max-memory to a command (``memory_limit_bytes`` reads it)."""
+    about = "Refuse what needs more, as 4GB; 0 = never. By default 80 % of what is free."
+    return click.option("--max-memory", metavar="SIZE", help=about)(command)
+
+
+def memory_flag_of_all(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add --max-memory to a command that renders in many ways: it is kept in the environment."""
+
+    def keep(context: click.Context, option: click.Parameter, text: str | None) -> None:
+        most = memory_limit_bytes(text)
+        if most is not None:
+            from scenes.processes.memory import VARIABLE
+
+            os.environ[VARIABLE] = str(most)
+
+    about = "Refuse pictures that need more, as 4GB; 0 = never. By default 80 % of what is free."
+    return click.option(
+        "--max-memory", metavar="SIZE", help=about, expose_value=False, callback=keep
+    )(command)
+
+
+def check_targets(paths: Sequence[Path]) -> None:
+    """Raise InputError where a folder stands in a frame's place."""
+    for path in paths:
+        if path.is_dir():
+            raise InputError("-o", str(path), "a file's place, and a folder is there", "move it")

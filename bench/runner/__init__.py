@@ -1,1 +1,0 @@
-"""How experiments are run and resumed."""

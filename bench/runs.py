@@ -1,0 +1,304 @@
+"""Run experiments: cases here or on a cluster, each kept in a journal, and one record at the end.
+
+In DIR/.journal lies one small file for each measured case and each finished record, named for all
+that made it: sources, packages, machine, experiment, seed and the case itself. Nothing that was
+made by other sources or another machine can be taken for it, and the same command goes on where it
+was stopped.
+"""
+
+import contextlib
+import hashlib
+import importlib.util
+import json
+import math
+import os
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass, fields, is_dataclass, replace
+from datetime import UTC, datetime
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from bench.experiment import Experiment, Progress, silent
+from bench.records.probe import CASES, NOTE, SOURCES, take_probe
+from bench.records.provenance import Provenance, machine, provenance, scene_digest
+from bench.records.records import (
+    Point,
+    Record,
+    merge_points,
+    point_from_json,
+    point_json,
+    read_record,
+    write_record,
+)
+from lod.errors import InputError
+from scenes.plugins import modules
+from scenes.processes.cache import PACKAGES, source_digest
+
+CaseExecutor = Callable[[Callable[..., Any], Sequence[tuple[Any, ...]]], Iterator[Any]]
+"""A function that calls another with each case's arguments, and gives the results in order."""
+
+JOURNAL = ".journal"
+_RETRIES = 2
+
+
+def serial_executor(
+    function: Callable[..., Any], cases: Sequence[tuple[Any, ...]]
+) -> Iterator[Any]:
+    """Measure the cases in this process, each when its result is asked for."""
+    return (function(*case) for case in cases)
+
+
+@contextlib.contextmanager
+def dask_executor(where: str | None, say: Callable[[str], object]) -> Iterator[CaseExecutor]:
+    """Give an executor over a Dask cluster, with one task for each case.
+
+    ``where`` is what ``scenes.render.cluster`` takes; None gives ``serial_executor``.
+    ``say`` is told of the cluster what someone who waits may want to know.
+    """
+    if where is None:
+        yield serial_executor
+        return
+    from scenes.render.cluster import cluster
+
+    with cluster(where, threads=1, say=say) as workers:
+
+        def tasks(function: Callable[..., Any], cases: Sequence[tuple[Any, ...]]) -> Iterator[Any]:
+            arguments = map(list, zip(*cases, strict=True))
+            futures = workers.client.map(function, *arguments, pure=False, retries=_RETRIES)
+            try:
+                for future in futures:
+                    yield future.result()
+                    future.release()
+            finally:
+                workers.client.cancel(futures, force=True)
+
+        yield tasks
+
+
+@dataclass(frozen=True)
+class RunRequest:
+    """One experiment as it was asked for; ``metric`` names another to be tried beside its own."""
+
+    name: str
+    topics: tuple[str, ...]
+    quick: bool = False
+    seed: int = 0
+    metric: str | None = None
+
+
+@dataclass(frozen=True)
+class Elapsed:
+    """Seconds by the clock, and of all cores, in this process and in those that it started."""
+
+    seconds: float
+    processor_seconds: float
+
+    @classmethod
+    def so_far(cls) -> "Elapsed":
+        """Return the time up to now, from a start that means nothing by itself."""
+        return cls(time.perf_counter(), math.fsum(os.times()[:4]))
+
+    def since(self, start: "Elapsed") -> dict[str, float]:
+        """Return the time since a start as plain data, in milliseconds' precision."""
+        return {
+            k.name: round(getattr(self, k.name) - getattr(start, k.name), 3) for k in fields(self)
+        }
+
+
+def measured_case(
+    measure: Callable[[Any, int], Point | list[Point]], case: Any, seed: int
+) -> dict[str, Any]:
+    """Measure a case: its points as plain data, and what made them, where and how long it took."""
+    start = Elapsed.so_far()
+    found = measure(case, seed)
+    points = [found] if isinstance(found, Point) else found
+    made = {"case": case_label(case), **machine(), **Elapsed.so_far().since(start)}
+    return {"points": [point_json(each) for each in points], "made": made}
+
+
+@dataclass(frozen=True)
+class Journal:
+    """What is done in a folder; ``maker`` is a digest of the sources and of the machine."""
+
+    folder: Path
+    maker: str
+
+    def record_of(self, asked: RunRequest) -> Path | None:
+        """Return the path of the finished record; None without one that still verifies."""
+        found = _read(self._path("record", asked))
+        path = self.folder / Path(str(found)).name
+        try:
+            record = read_record(path) if found else None
+        except InputError:
+            return None
+        return path if record and record.experiment == asked.name else None
+
+    def finished(self, asked: RunRequest, record: Path) -> None:
+        """Note that a record is finished; its cases need not be kept any longer."""
+        _write(self._path("record", asked), record.name)
+        for path in self._cases(asked).glob("*.json"):
+            path.unlink()
+
+    def discard(self, asked: RunRequest) -> None:
+        """Forget what was asked for and its cases; records stay."""
+        self._path("record", asked).unlink(missing_ok=True)
+        for path in self._cases(asked).glob("*.json"):
+            path.unlink()
+
+    def memoised(self, asked: RunRequest, each: CaseExecutor) -> CaseExecutor:
+        """Return an executor like ``each`` that keeps results, and measures no case twice."""
+
+        def kept(
+            function: Callable[..., Any], cases: Sequence[tuple[Any, ...]]
+        ) -> Iterator[dict[str, Any]]:
+            folder = self._cases(asked)
+            paths = [folder / f"{_sha256(case[1:])}.json" for case in cases]
+            done = [_read(path) for path in paths]
+            left = [case for case, data in zip(cases, done, strict=True) if data is None]
+            measured = each(function, left)
+            for path, data in zip(paths, done, strict=True):
+                if data is None:
+                    data = next(measured)
+                    _write(path, data)
+                yield data
+
+        return kept
+
+    def _path(self, what: str, asked: RunRequest) -> Path:
+        return self.folder / JOURNAL / f"{what}-{asked.name}-{_sha256(self.maker, asked)[:16]}.json"
+
+    def _cases(self, asked: RunRequest) -> Path:
+        return self._path("cases", asked).with_suffix("")
+
+
+def journal(folder: Path) -> Journal:
+    """Return the journal of a folder, for the sources and the machine that are here."""
+    here = asdict(provenance("", 0)) | {"commit": None}
+    return Journal(Path(folder), _sha256(here, sources()))
+
+
+@lru_cache(maxsize=1)
+def sources() -> str:
+    """Return the SHA-256 of every source that could change a number, plug-ins included."""
+    return source_digest((*PACKAGES, *map(_source, modules())))
+
+
+def run_experiment(
+    experiment: Experiment,
+    asked: RunRequest,
+    executor: CaseExecutor = serial_executor,
+    progress: Progress = silent,
+) -> Record:
+    """Measure all cases of the topics asked for, judge their points, and give the record."""
+    start = Elapsed.so_far()
+    accepted = (asked.metric,) if experiment.accepts_metric else ()
+    sizes = {
+        name: experiment.topics[name].sizes("quick" if asked.quick else "full")
+        for name in asked.topics
+    }
+    cases = [
+        case for name, given in sizes.items() for case in experiment.cases(name, given, *accepted)
+    ]
+    points: list[Point] = []
+    made: list[dict[str, Any]] = []
+    arguments = [(experiment.measure, case, asked.seed) for case in cases]
+    results = executor(measured_case, arguments)
+    for number, case in enumerate(cases):
+        progress(number, len(cases), case_label(case))
+        found = next(results)
+        points += map(point_from_json, found["points"])
+        made.append(found["made"])
+    progress(len(cases), len(cases), "judged")
+    merged = merge_points(points)
+    notes: dict[str, Any] = {"sizes": sizes, CASES: made}
+    if experiment.notes:
+        notes |= experiment.notes(merged)
+    return Record(
+        experiment=experiment.name,
+        version=experiment.version,
+        quick=asked.quick,
+        made=datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ"),
+        provenance=_origin(experiment, asked, merged),
+        points=merged,
+        claims=experiment.judged(merged),
+        notes=notes | Elapsed.so_far().since(start),
+    )
+
+
+def run_request(
+    experiment: Experiment,
+    asked: RunRequest,
+    journal: Journal,
+    executor: CaseExecutor,
+    progress: Progress,
+) -> tuple[Path, Record]:
+    """Run what was asked for, keep each case in the journal, and write the record.
+
+    What is timed is measured here and in one go: neither a cluster nor a journal has part in it;
+    but where times are compared within a case alone (``whole_cases``) cases are kept. The record
+    notes its sources, and a probe that tells later whether others would make it otherwise.
+    """
+    each = serial_executor if experiment.timed else executor
+    in_one_go = experiment.timed and not experiment.whole_cases
+    kept = each if in_one_go else journal.memoised(asked, each)
+    record = run_experiment(experiment, asked, kept, progress)
+    spent = {
+        key.name: round(math.fsum(case[key.name] for case in record.notes[CASES]), 1)
+        for key in fields(Elapsed)
+    }
+    made_by = {NOTE: take_probe(experiment.probe), SOURCES: sources()}
+    record = replace(record, notes=record.notes | spent | made_by)
+    path = write_record(record, journal.folder)
+    journal.finished(asked, path)
+    return path, record
+
+
+def case_label(case: Any) -> str:
+    """Name a case for progress: by its label where it has one, else by its values."""
+    if hasattr(case, "label"):
+        return str(case.label)
+    values = list(vars(case).values()) if is_dataclass(case) else [case]
+    return ", ".join(f"{v:g}" if isinstance(v, float) else str(v) for v in values)
+
+
+def _origin(experiment: Experiment, asked: RunRequest, points: tuple[Point, ...]) -> Provenance:
+    """Say what made a record; its scene is all that was looked at, and how it was asked for."""
+    looked_at = [[point.case, point.scene] for point in points]
+    scene = scene_digest([experiment.name, experiment.version, looked_at])
+    threads = (os.cpu_count() or 1) if experiment.all_cores else 1
+    variant = None
+    if experiment.rendered:
+        from scenes.render.variants import choose
+
+        variant = choose()
+    return provenance(scene, asked.seed, threads, variant)
+
+
+def _source(module: str) -> Path:
+    """Find the folder of a package or the file of a module; without one, a path to nothing."""
+    found = importlib.util.find_spec(module)
+    origin = Path(found.origin if found and found.origin else module)
+    return origin.parent if origin.name == "__init__.py" else origin
+
+
+def _sha256(*words: object) -> str:
+    return hashlib.sha256(repr(words).encode()).hexdigest()
+
+
+def _read(path: Path) -> Any:
+    """Return what a file of the journal holds; None where there is none, or a damaged one."""
+    try:
+        held = json.loads(path.read_text(encoding="utf-8"))
+        return held["data"] if held["sha256"] == _sha256(held["data"]) else None
+    except (OSError, ValueError, TypeError, KeyError):
+        return None
+
+
+def _write(path: Path, data: Any) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    data = json.loads(json.dumps(data, allow_nan=False))
+    temporary = path.with_suffix(f".{os.getpid()}.part")
+    temporary.write_text(json.dumps({"sha256": _sha256(data), "data": data}), encoding="utf-8")
+    os.replace(temporary, path)

@@ -1,1 +1,0 @@
-"""This package raises dust: where feet strike dry ground and where wind blows over it."""

@@ -1,1 +1,0 @@
-"""This package gives the ground the mean colour and cover of what is not displayed."""

@@ -1,0 +1,316 @@
+"""Cover of undisplayed objects: the ground takes their colour, shade and height.
+
+It is the ``AggregateCover`` of ``scenes.ground.shading`` for species that stand all over the
+ground. For haze that scatters light the same species are a turbid medium: outlines by height, mean
+colours."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+
+import numpy as np
+from jaxtyping import Float64
+from numba import njit
+
+from lod.arrays import Points, Reals
+from lod.canopy import (
+    BARE,
+    LEAST_LIGHT,
+    Canopy,
+    cover_depths,
+    covered_share,
+    first_hit_shares,
+    surface_irradiance,
+    undisplayed_share,
+)
+from lod.hierarchy import Hierarchy
+from lod.motion import motion_steps
+from lod.shapes import StickTable
+from lod.view import View, distance
+from scenes.appearance.sky import Sky
+from scenes.field.species_field import Species
+from scenes.ground.stand import (
+    AZIMUTHS_DEG,
+    DEPRESSIONS_DEG,
+    MAX_DEPTH,
+    SpeciesDensity,
+    StandAppearance,
+    full_detail_sticks,
+    measure_stand,
+)
+from scenes.sticks.areas import areas_of_parts
+
+STEPS = 6
+"""Number of layers up to the top of what stands, thinner below, where eyes are."""
+
+_SIDES = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+
+
+def turbid_canopy(species: tuple[Species, ...]) -> Canopy:
+    """Return the canopy that these species are to the light in the air."""
+    return _canopy(tuple((each.prototypes, each.density) for each in species))
+
+
+@lru_cache(maxsize=4)
+def _canopy(kinds: tuple[SpeciesDensity, ...]) -> Canopy:
+    if not kinds:
+        return BARE
+    bare = [
+        ([full_detail_sticks(each) for each in prototypes], density)
+        for prototypes, density in kinds
+    ]
+    top = max(float(_tops(table).max()) for tables, _ in bare for table, _ in tables)
+    height = top * np.linspace(0, 1, STEPS + 1) ** 2
+    depth, sent, weight = np.zeros(STEPS), np.zeros(3), 0.0
+    for tables, density in bare:
+        for table, tints in tables:
+            outline = density / len(tables) * outlines_between(table, height)
+            depth += outline
+            sent += outline.sum() * _mean_tint(table, tints)
+            weight += outline.sum()
+    return Canopy(height, depth, sent / weight)
+
+
+def outlines_between(
+    table: StickTable, height: Float64[np.ndarray, " n_plus_1"]
+) -> Float64[np.ndarray, " n"]:
+    """Measure the area that each layer of height adds to an object's side view, (n,) [m²].
+
+    The layers add up to the whole outline. A stick counts where its middle is.
+    """
+    middle = (table.start[:, 2] + table.end[:, 2]) / 2
+    parts = [table.take(middle < top) for top in height[1:-1]]
+    below = [areas_of_parts(each, _SIDES)[0].mean() for each in (*parts, table)]
+    return np.maximum(np.diff(below, prepend=0.0), 0.0)
+
+
+def _tops(table: StickTable) -> Reals:
+    return np.maximum(table.start[:, 2] + table.start_radius, table.end[:, 2] + table.end_radius)
+
+
+def _mean_tint(table: StickTable, tints: np.ndarray) -> Float64[np.ndarray, " 3"]:
+    """Mean colour of the sticks, weighted by the area of each regardless of what is before it."""
+    radius = (table.start_radius + table.end_radius) / 2
+    area = radius * (np.linalg.norm(table.end - table.start, axis=1) + radius)
+    return (tints[table.tint] * area[:, None]).sum(axis=0) / area.sum()
+
+
+Shares = Float64[np.ndarray, "n k"]
+"""Shares by point and species."""
+
+LOWEST_DEG = DEPRESSIONS_DEG[0]
+"""Least depression of lines of sight [degrees]: flatter lines nearly all meet something."""
+
+
+@dataclass(frozen=True, eq=False)
+class AggregateCover:
+    """Species that stand all over the ground, and the light on them.
+
+    to_sun (3,)  unit vector to the sun
+    max_depth    longest path of light among them, in segments
+    """
+
+    species: tuple[Species, ...]
+    to_sun: np.ndarray
+    sky: Sky
+    max_depth: int = MAX_DEPTH
+
+    @cached_property
+    def stand(self) -> StandAppearance:
+        """Return the appearance of the stand, measured when it is first needed."""
+        elevation = math.degrees(math.asin(self.to_sun[2]))
+        kinds = tuple((each.prototypes, each.density) for each in self.species)
+        return measure_stand(kinds, round(elevation, 3), self.sky, self.max_depth)
+
+    @cached_property
+    def highest(self) -> float:
+        """Return the largest height above the ground that anything of the species reaches [m]."""
+        prototypes = [p for each in self.species for p in each.prototypes]
+        return max((float(p.hierarchy.B[0]) for p in prototypes), default=0.0)
+
+    def undisplayed(self, view: View, points: Points) -> Shares:
+        """Compute which share of each species' cover is undisplayed at points of the ground, (n,
+        k).
+
+        Small objects stop being displayed first, and cover less.
+        """
+        return self._undisplayed_where_grown(view, points) * self._habitat_share(view, points)
+
+    def _undisplayed_where_grown(self, view: View, points: Points) -> Shares:
+        """Undisplayed share of the cover of what grows at points of the ground, (n, k)."""
+        d, gone = distance(view, points), np.empty((len(points), len(self.species)))
+        for k, each in enumerate(self.species):
+            trees = [p.hierarchy for p in each.prototypes]
+            outlines = np.array([float(tree.P[0]) ** 2 for tree in trees])
+            limits = _limits_at(each.seen_in(view), trees, points, d)
+            gone[:, k] = undisplayed_share(d, limits, outlines, view.fade)
+        return gone
+
+    def _habitat_share(self, view: View, points: Points) -> Shares:
+        """Share of its density that each species has at points of the ground, (n, k)."""
+        grown = np.ones((len(points), len(self.species)))
+        for k, each in enumerate(self.species):
+            if each.habitat is not None:
+                grown[:, k] = each.habitat.share(view.camera.corner, points[:, :2])
+        return grown
+
+    def residual(self, view: View, points: Points) -> "ResidualCover":
+        """Compute what the species leave at points (n, 3) of the ground, as the eye sees it."""
+        gone, grown = self._undisplayed_where_grown(view, points), self._habitat_share(view, points)
+        rows = np.flatnonzero((gone * grown).any(axis=1))
+        lift, covered = np.zeros((2, len(points)))
+        look = None
+        if len(rows):
+            at, gone, grown = points[rows], gone[rows], grown[rows]
+            level = SightLines.of(self, view, at, gone, grown)
+            lift[rows] = level.at_depression(self.stand.height) * level.share
+            # Lines meet the ground where it is drawn, and what is displayed is buried so deep.
+            drawn = at + lift[rows, None] * np.array((0.0, 0.0, 1.0))
+            above = np.interp(lift[rows], self.stand.levels, self.stand.above)[:, None]
+            look = SightLines.of(self, view, drawn, 1 - (1 - gone) * above, grown)
+            covered[rows] = covered_share(look.depths)
+        return ResidualCover(self, lift, covered, rows, look)
+
+
+@dataclass(frozen=True, eq=False)
+class ResidualCover:
+    """Cover of undisplayed objects at n points of the ground.
+
+    lift, covered (n,)  height by which it raises the ground [m], share of the ground that it hides
+    rows, lines         points where anything is undisplayed, and the lines of sight down to them
+    """
+
+    cover: AggregateCover
+    lift: np.ndarray
+    covered: np.ndarray
+    rows: np.ndarray
+    lines: "SightLines | None"
+
+    def colours(self, normals: Points, bare: Points) -> Points:
+        """Compute albedos by which the ground sends to the eye what stand and ground would.
+
+        It is ``bare`` where nothing is undisplayed. The normals are without the small bumps of the
+        ground: stands are as bright on all sides of those, and an albedo that makes up for one side
+        would shine out beside it.
+        """
+        colours, rows, cover = bare.copy(), self.rows, self.cover
+        if self.lines is not None:
+            light = surface_irradiance(normals[rows], cover.to_sun, cover.sky.share)
+            colours[rows] = np.clip(self._outgoing(self.lines, bare[rows], light), 0.0, 1.0)
+        return colours
+
+    def _outgoing(self, look: "SightLines", bare: Points, light: Points) -> Points:
+        """Radiance toward the eye over that of white ground in the same light, (n, 3)."""
+        stand, kinds = self.cover.stand, first_hit_shares(look.depths)
+        covered = self.covered[self.rows, None]
+        radiance, ground_bounce = (
+            sum(kinds[:, k, None] * look.at(table[k]) for k in range(len(table)))
+            for table in (stand.radiance, stand.ground_bounce)
+        )
+        # What is displayed shades all that is painted on the ground: of the ground only the rest of
+        # the shade is missing, and what stands there is shaded already by all of the stand.
+        shade = np.maximum(look.at(stand.ground), LEAST_LIGHT)
+        stands = (radiance + bare * ground_bounce) / (light * shade ** look.rest[:, None])
+        ground = bare * shade ** look.share[:, None]
+        found: Points = (1 - covered) * ground + covered * stands
+        return found
+
+
+def _limits_at(
+    view: View, trees: Sequence[Hierarchy], points: Points, d: Reals
+) -> Float64[np.ndarray, "#n t"]:
+    """Limit distances of whole objects that stand still at points of the ground, (n or 1, t) [m].
+
+    There is one row where they are the same everywhere. Motion blurs all of them as it does the
+    largest. The blur is smoothed over neighbouring frames only where that can make a difference: it
+    is never more than the frame's own.
+    """
+    limits = np.array([[float(view.limits(tree)[0][0]) for tree in trees]])
+    if view.shutter is None or not view.metric.finite:
+        return limits
+    limits = np.repeat(limits, len(points), axis=0)
+    radius = max(float(tree.B[0]) for tree in trees)
+    rows = np.flatnonzero(d < limits[0].max())
+    for shutter in (replace(view.shutter, neighbour=None), view.shutter):
+        still, bound = np.zeros(len(rows)), np.full(len(rows), radius)
+        ends = points[rows], points[rows]
+        motion_step = motion_steps(shutter, view.camera.corner, view.theta, *ends, bound, still)
+        limits[rows] = _limits_at_motion(view, trees, motion_step)
+        rows = rows[d[rows] > (1 - view.fade) * limits[rows].min(axis=1)]
+    return limits
+
+
+def _limits_at_motion(
+    view: View, trees: Sequence[Hierarchy], motion_step: Reals
+) -> Float64[np.ndarray, "n t"]:
+    """Limit distances of whole objects by steps of their image motion, (n, t) [m]."""
+    steps = np.arange(int(motion_step.max(initial=0.0)) + 2)
+    tables = [[float(view.limits(tree, int(step))[0][0]) for step in steps] for tree in trees]
+    return np.stack([np.interp(motion_step, steps, table) for table in tables], axis=1)
+
+
+@dataclass(frozen=True, eq=False)
+class SightLines:
+    """Lines of sight that come down to n points of the ground.
+
+    row, column (n,)  of their depressions and azimuths in the tables of a stand, with fractions
+    depths (n, k)     optical depth of each species' undisplayed cover
+    share (n,)        undisplayed share of the cover that the stand has where all species grow
+    rest (n,)         displayed share of it
+    """
+
+    row: np.ndarray
+    column: np.ndarray
+    depths: np.ndarray
+    share: np.ndarray
+    rest: np.ndarray
+
+    @staticmethod
+    def of(
+        cover: AggregateCover, view: View, points: Points, gone: Shares, grown: Shares
+    ) -> "SightLines":
+        to_eye = view.camera.eye - points
+        flat = np.hypot(to_eye[:, 0], to_eye[:, 1])
+        depression = np.degrees(np.arctan2(to_eye[:, 2], flat))
+        depression = np.maximum(depression, LOWEST_DEG)
+        sun = math.atan2(cover.to_sun[1], cover.to_sun[0])
+        turn = np.degrees(np.arctan2(to_eye[:, 1], to_eye[:, 0]) - sun)
+        turn = np.abs((turn + 180.0) % 360.0 - 180.0)
+        row = np.interp(depression, DEPRESSIONS_DEG, np.arange(len(DEPRESSIONS_DEG)))
+        column = np.interp(turn, AZIMUTHS_DEG, np.arange(len(AZIMUTHS_DEG)))
+        area = interpolate_table(cover.stand.area.T[:, None], row, np.zeros(len(row)))
+        density = np.array([each.density for each in cover.species])
+        sine = np.sin(np.radians(depression))
+        whole = cover_depths(np.ones_like(grown), density, area, sine)
+        there, depths = whole * grown, whole * grown * gone
+        share, rest = (each.sum(axis=1) / whole.sum(axis=1) for each in (depths, there - depths))
+        return SightLines(row, column, depths, share, rest)
+
+    def at_depression(self, table: Float64[np.ndarray, " d"]) -> Reals:
+        """Compute the entries of a table (δ,) at each line, (n,)."""
+        found: Reals = interpolate_table(table[:, None, None], self.row, np.zeros(len(self.row)))[
+            :, 0
+        ]
+        return found
+
+    def at(self, table: Float64[np.ndarray, "d p 3"]) -> Points:
+        """Compute the entries of a table (δ, φ, 3) at each line, (n, 3), linear in both angles."""
+        found: Points = interpolate_table(table, self.row, self.column)
+        return found
+
+
+@njit(cache=True, nogil=True)
+def interpolate_table(table, row, column):  # type: ignore[no-untyped-def]
+    """Interpolate a table (a, b, c) bilinearly at fractional rows and columns (n,), (n, c)."""
+    found = np.empty((len(row), table.shape[2]))
+    last_row, last_column = table.shape[0] - 1, table.shape[1] - 1
+    for p in range(len(row)):
+        i, j = int(row[p]), int(column[p])
+        u, v = row[p] - i, column[p] - j
+        below, beside = min(i + 1, last_row), min(j + 1, last_column)
+        for c in range(table.shape[2]):
+            low = (1 - v) * table[i, j, c] + v * table[i, beside, c]
+            high = (1 - v) * table[below, j, c] + v * table[below, beside, c]
+            found[p, c] = (1 - u) * low + u * high
+    return found

@@ -1,0 +1,295 @@
+"""One watertight mesh of patches of different fineness, on an integer lattice.
+
+Along a side shared with a patch 2**k times coarser, the finer patch's vertices move to the nearest
+multiple of 2**k, which are exactly the coarser patch's vertices: no T-junction remains, and the
+triangles that lose their area are left out. Vertices are merged by their integer coordinates, so
+that shared ones are the same bits.
+
+**Geomorphing.** A new vertex starts on the coarser surface and moves to the relief. One that
+refining adds lies on an edge of the coarser mesh, midway between two of its vertices, its parents.
+While it morphs it is a blend of their mean and of itself (geomorphing: Hoppe 1996, "Progressive
+meshes"; by distance as in Strugar 2009, "Continuous distance-dependent level of detail for
+rendering heightmaps"). Its parents may themselves be morphing.
+
+Over the view's band of fading, vertices move from the surface of the coarser tile to the relief,
+and patches of colour smaller than the spacing fade in. Relief too small for the mesh leaves its
+mean light (``scenes.ground.shading``). Where undisplayed objects cover the ground, small bumps are
+hidden with it."""
+
+from collections.abc import Callable, Sized
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float64, Int64
+from numba import njit
+
+from lod.arrays import Ints, Points, Reals, freeze
+from lod.shapes import Triangles
+from lod.threads import map_chunks
+from lod.view import distance
+from scenes.ground.quadtree import Patches, balance
+from scenes.ground.relief import unit_normals
+from scenes.ground.shading import (
+    GroundInView,
+    Shading,
+    bare_shading,
+    cavity_albedo,
+    morph_fraction,
+    seen_facets,
+)
+
+QUADS = 4
+"""Quads along the side of a patch; a tile has twice as many."""
+
+MOST_COARSER = 2
+"""Largest difference of depth of neighbours: a side of 2**2 quads can meet one coarser quad."""
+
+
+def lattice_mesh(
+    patches: Patches, coarser: Int64[np.ndarray, "n 4"]
+) -> tuple[
+    Int64[np.ndarray, "v 2"],
+    Int64[np.ndarray, "f 3"],
+    Int64[np.ndarray, " f"],
+]:
+    """Vertices, faces, and the owner of each face, of one watertight mesh.
+
+    Vertices (v, 2) are places counted in quads of the deepest patches, ascending. Faces (f, 3) are
+    counter-clockwise from above.
+
+    coarser (n, 4)  how many halvings coarser the neighbour across each side of a patch is
+    """
+    fine = patches.deepest - patches.depth
+    keys = _vertex_keys(patches.x << fine, patches.y << fine, fine, coarser)
+    unique, row = np.unique(keys.ravel(), return_inverse=True)
+    rows = row.reshape(len(patches), QUADS + 1, QUADS + 1)
+    faces, owner = _faces(rows, patches.owner)
+    return np.stack((unique >> 32, unique & 0xFFFFFFFF), axis=1), faces, owner
+
+
+@njit(cache=True)
+def _snapped(i: int, halvings: int) -> int:
+    """Nearest multiple of 2**halvings."""
+    return ((i + ((1 << halvings) >> 1)) >> halvings) << halvings
+
+
+@njit(cache=True)
+def _vertex_keys(x: np.ndarray, y: np.ndarray, fine: np.ndarray, coarser: np.ndarray) -> np.ndarray:
+    """Places of each patch's vertices after snapping, x and y in one integer, (n, 9, 9)."""
+    keys = np.empty((len(x), QUADS + 1, QUADS + 1), np.int64)
+    for p in range(len(x)):
+        south, east, north, west = coarser[p]
+        for j in range(QUADS + 1):
+            for i in range(QUADS + 1):
+                along_x = south if j == 0 else (north if j == QUADS else 0)
+                along_y = west if i == 0 else (east if i == QUADS else 0)
+                vx = x[p] * QUADS + (_snapped(i, along_x) << fine[p])
+                vy = y[p] * QUADS + (_snapped(j, along_y) << fine[p])
+                keys[p, j, i] = (vx << 32) | vy
+    return keys
+
+
+@njit(cache=True)
+def _faces(rows: np.ndarray, owner: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Two triangles for each quad; diagonals alternate so that no direction is preferred."""
+    faces = np.empty((len(owner) * QUADS * QUADS * 2, 3), np.int64)
+    owners = np.empty(len(faces), np.int64)
+    n = 0
+    for p in range(len(owner)):
+        for j in range(QUADS):
+            for i in range(QUADS):
+                a, b = rows[p, j, i], rows[p, j, i + 1]
+                d, c = rows[p, j + 1, i], rows[p, j + 1, i + 1]
+                if (i + j) % 2 == 0:
+                    pair = ((a, b, c), (a, c, d))
+                else:
+                    pair = ((a, b, d), (b, c, d))
+                for u, v, w in pair:
+                    if u != v and v != w and w != u:
+                        faces[n, 0], faces[n, 1], faces[n, 2] = u, v, w
+                        owners[n] = owner[p]
+                        n += 1
+    return faces[:n].copy(), owners[:n].copy()
+
+
+Places = Int64[np.ndarray, "n 2"]
+"""Places on the lattice of the deepest patches, counted in its quads."""
+
+
+@dataclass(frozen=True, eq=False)
+class GeomorphParents:
+    """Vertices of a mesh and the parents that they morph from.
+
+    The mesh's vertices come first, then those parents that the mesh lacks.
+
+    points (n, 3)   places on the relief [m]
+    count           number of the mesh's own vertices
+    fraction (n,)   0 = on the coarser surface, 1 = on the relief
+    morphing (k,)   rows of the vertices that have not arrived, coarsest first
+    parents (k, 2)  rows of the two parents of each of those
+    """
+
+    points: np.ndarray
+    count: int
+    fraction: np.ndarray
+    morphing: np.ndarray
+    parents: np.ndarray
+
+    def __post_init__(self) -> None:
+        freeze(self, points=np.float64, fraction=np.float64, morphing=np.int64, parents=np.int64)
+
+
+def vertex_levels(where: Places, deepest: int) -> Ints:
+    """Level of the coarsest tiles with a vertex at each place.
+
+    deepest: depth of the finest patches
+    """
+    step = _steps(where, deepest)
+    return deepest - 1 - np.rint(np.log2(step)).astype(np.int64)
+
+
+def geomorph_parents(
+    where: Places,
+    deepest: int,
+    point_at: Callable[[Places], Points],
+    morph_fraction: Callable[[Points, Ints], Reals],
+) -> GeomorphParents:
+    """Vertices of a mesh, in order of their places, with all parents that morphing needs.
+
+    ``point_at`` is called with places in their order, ``morph_fraction`` with points and their
+    levels. A parent is not a vertex of the mesh where a side was simplified to meet a coarser
+    patch.
+    """
+    points, level = point_at(where), vertex_levels(where, deepest)
+    fraction = morph_fraction(points, level)
+    count, names = len(where), place_keys(where)
+    morphing = np.flatnonzero(fraction < 1)
+    levels = [level[morphing]]
+    pairs = [coarser_edge_ends(where[morphing], deepest)]
+    seeking = morphing
+    while len(seeking):
+        new = _lacking(names, pairs[-1])
+        seeking = len(names) + np.arange(len(new))
+        names, level = np.append(names, place_keys(new)), vertex_levels(new, deepest)
+        points = np.concatenate((points, point_at(new)))
+        fraction = np.append(fraction, morph_fraction(points[seeking], level))
+        seeking, new, level = seeking[level > 0], new[level > 0], level[level > 0]
+        morphing = np.append(morphing, seeking)
+        levels.append(level)
+        pairs.append(coarser_edge_ends(new, deepest))
+    order = np.argsort(np.concatenate(levels), kind="stable")
+    by_name = np.argsort(names, kind="stable")
+    pair = place_keys(np.concatenate(pairs)[order].reshape(-1, 2))
+    rows = by_name[np.searchsorted(names, pair, sorter=by_name)].reshape(-1, 2)
+    return GeomorphParents(points, count, fraction, morphing[order], rows)
+
+
+def _lacking(names: Ints, pairs: Int64[np.ndarray, "h 2 2"]) -> Int64[np.ndarray, "w 2"]:
+    """Ends of edges that are not among the keys of known places, each once."""
+    wanted = pairs.reshape(-1, 2)
+    name = place_keys(wanted)
+    known = np.sort(names, kind="stable")
+    found = known[np.minimum(np.searchsorted(known, name), len(known) - 1)]
+    missing = np.flatnonzero(found != name)
+    return wanted[missing[np.unique(name[missing], return_index=True)[1]]]
+
+
+def coarser_edge_ends(where: Places, deepest: int) -> Int64[np.ndarray, "n 2 2"]:
+    """Ends of the coarser edge that each vertex halves."""
+    step = _steps(where, deepest)
+    x, y = (where // step[:, None]).T
+    odd_x, odd_y = x & 1, y & 1
+    # In the middle of a coarser quad it is the diagonal, and those alternate (``_faces`` in mesh).
+    turn = np.where(odd_x & odd_y & (((x >> 1) + (y >> 1)) & 1), -1, 1)
+    along = step[:, None] * np.stack((odd_x, turn * odd_y), axis=1)
+    return np.stack((where - along, where + along), axis=1)
+
+
+def morph(lines: GeomorphParents, values: Float64[np.ndarray, "n k"]) -> Float64[np.ndarray, "m k"]:
+    """Values of the mesh's vertices, blended with those of their parents."""
+    values = _morph(values.copy(), lines.fraction, lines.morphing, lines.parents)
+    return values[: lines.count]
+
+
+@njit(cache=True)
+def _morph(values, fraction, morphing, parents):  # type: ignore[no-untyped-def]
+    for j in range(len(morphing)):
+        i, a, b = morphing[j], parents[j, 0], parents[j, 1]
+        for k in range(values.shape[1]):
+            mean = (values[a, k] + values[b, k]) / 2
+            values[i, k] = mean + fraction[i] * (values[i, k] - mean)
+    return values
+
+
+def _steps(where: Places, deepest: int) -> Ints:
+    """Spacing of the coarsest lattice with a vertex at each place, in quads of the finest."""
+    both = where[:, 0] | where[:, 1]
+    coarsest = 1 << (deepest - 1)
+    lowest_bit = both & -both
+    return np.where(lowest_bit == 0, coarsest, np.minimum(lowest_bit, coarsest))
+
+
+def place_keys(where: Places) -> Ints:
+    """Number of each place, ascending in the order of the places."""
+    return (where[:, 0] << 32) | where[:, 1]
+
+
+_RUN = 8192
+"""Points that are shaded at once: as many as suit the processor's cache."""
+
+_NO_POINTS = np.zeros((0, 3))
+EMPTY_MESH = Triangles(_NO_POINTS, _NO_POINTS, _NO_POINTS, _NO_POINTS, np.zeros(0))
+"""Mesh of no tiles."""
+
+
+def ground_mesh(
+    ground: GroundInView, patches: Patches, southwest: tuple[float, float], unit: float
+) -> Triangles:
+    """One watertight mesh of patches, with unit normals and albedo at its vertices.
+
+    southwest, unit  place where the lattice of the deepest patches begins, and its spacing [m]
+    """
+    places, faces, owner = lattice_mesh(*balance(patches, MOST_COARSER))
+
+    def point_at(places: Places) -> Points:
+        xy = np.array(southwest) + unit * places
+        return np.column_stack((xy, ground.relief.height(ground.view.camera.corner, xy)))
+
+    def fraction_at(points: Points, level: Ints) -> Reals:
+        return morph_fraction(ground, distance(ground.view, points), level)
+
+    lines = geomorph_parents(places, patches.deepest, point_at, fraction_at)
+    bare = _by_runs(lambda rows: bare_shading(ground, lines.points[rows]), lines.points, 8)
+    points, shading = morph(lines, lines.points), morph(lines, bare)
+    columns = _by_runs(lambda rows: _covered(ground, points[rows], shading[rows]), points, 9)
+    vertices, normals, colours = columns[:, :3], columns[:, 3:6], columns[:, 6:]
+    return Triangles(vertices=vertices, normals=normals, colours=colours, faces=faces, owner=owner)
+
+
+def _covered(
+    ground: GroundInView, vertices: Points, shading: Shading
+) -> Float64[np.ndarray, "n 9"]:
+    """Vertices [m], unit normals and albedo of the ground under its residual cover, (n, 9)."""
+    smooth, slopes, hidden, bare = np.split(shading, (2, 4, 5), axis=1)
+    eye, cover = ground.view.camera.eye, ground.aggregate_cover
+    if cover is None:
+        normals, share = seen_facets(slopes, hidden[:, 0], eye - vertices, ground.to_sun)
+        return np.concatenate((vertices, normals, cavity_albedo(bare, share)), axis=1)
+    residual = cover.residual(ground.view, vertices)
+    vertices = vertices + residual.lift[:, None] * (0.0, 0.0, 1.0)
+    open_share = 1 - residual.covered[:, None]
+    slopes, hidden = smooth + open_share * (slopes - smooth), open_share**2 * hidden
+    normals, share = seen_facets(slopes, hidden[:, 0], eye - vertices, ground.to_sun)
+    colours = residual.colours(unit_normals(smooth), cavity_albedo(bare, share))
+    return np.concatenate((vertices, normals, colours), axis=1)
+
+
+def _by_runs(task: Callable[[slice], np.ndarray], points: Sized, columns: int) -> np.ndarray:
+    """Rows (n, columns) that ``task`` returns for slices of points, worked out in threads."""
+    found = np.empty((len(points), columns))
+
+    def run(first: int, last: int) -> None:
+        found[first:last] = task(slice(first, last))
+
+    map_chunks(run, len(points), _RUN, _RUN)
+    return found

@@ -1,1 +1,0 @@
-"""This package finds metrics and representations that other installed packages bring."""

@@ -1,1 +1,0 @@
-"""This package says what a preset may contain: tables, values, defaults and errors."""

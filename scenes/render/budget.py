@@ -1,0 +1,159 @@
+"""A budget of parts or of memory for a sequence: one detail for all frames, chosen before any.
+
+Every frame then stands alone, and detail does not jump from frame to frame.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+from lod.errors import InputError
+from lod.part_budget import MIN_BUDGET_USE, find_detail
+from lod.pruner import prune
+from lod.view import View
+from scenes.field.forecast import forecast_field
+from scenes.presets.schema import Preset
+from scenes.processes.memory import MemoryLimit, memory_limit, size_text
+from scenes.render.memory import parts_bytes, predicted_bytes, preflight
+from scenes.render.variants import choose
+from scenes.scene import Scene
+from scenes.world.world import World
+
+Need = Callable[[int, float], int]
+"""What a frame needs at a detail [px], of what there is a budget of; it never grows with it."""
+
+_FAR_OVER = 2.0
+"""Over this many times its budget a frame is not pruned: what is estimated of it will do."""
+
+_STEPS = 12
+"""Halvings, on a logarithmic scale, of the details between which the finest ground is sought."""
+
+
+def within_budget(
+    preset: Preset,
+    frames: Sequence[int],
+    most_bytes: int | None = None,
+    note: Callable[[str], object] = lambda text: None,
+) -> Preset:
+    """Choose the finest detail for a preset at which all its frames are within its limits.
+
+    They hold at most ``view.max_parts`` parts, and are predicted to need at most
+    ``view.max_memory`` bytes; the fullest uses nearly all of that
+    (``lod.part_budget``). Where there are not so many parts to show, the detail is
+    the coarsest that shows all there are, or the finest that the ground can have, and ``note`` is
+    called with a line that says so. Without such limits the preset stays as it is. Raises
+    InputError where no detail fits, and where so many parts need more memory than ``most_bytes``
+    allow (``memory_limit``).
+    """
+    view = preset.view
+    if view.max_parts is None and view.max_memory is None:
+        return preset
+    scene, details = Scene(preset), []
+    preflight(scene, (), most_bytes)
+    if view.max_parts is not None:
+        details.append(_fitting_parts(scene, frames, most_bytes, note))
+    if view.max_memory is not None:
+        details.append(_fitting_memory(scene, view.max_memory, frames))
+    return _at_detail(preset, max(details))
+
+
+def _fitting_parts(
+    scene: Scene,
+    frames: Sequence[int],
+    most_bytes: int | None,
+    note: Callable[[str], object],
+) -> float:
+    """The detail at which every frame has no more parts than it may, and one has nearly all."""
+    view = scene.preset.view
+    most = view.max_parts or 0
+    need = _parts_of(scene, memory_limit(most_bytes), most)
+    detail = _fitting(need, most, view.detail, frames, "--max-parts")
+    finest = _finest_ground(scene, detail, frames)
+    shown = max(need(frame, finest) for frame in frames)
+    if shown < MIN_BUDGET_USE * most:
+        why = "the ground can be no finer" if finest > detail else "that is all there is"
+        note(f"lodbench: --max-parts {most:,}: {shown:,} parts at {finest:.4g} px: {why}")
+    return finest
+
+
+def _finest_ground(scene: Scene, detail: float, frames: Sequence[int]) -> float:
+    """The finest detail from this one on with which the ground of every frame can be made [px]."""
+    low, high = math.log(detail), math.log(max(detail, scene.preset.view.detail))
+    found = detail
+    for frame in frames:
+
+        def can_be(px: float, frame: int = frame) -> bool:
+            try:
+                prune(scene.world.terrain, replace(scene.view(frame), detail=px))
+            except InputError:
+                return False
+            return True
+
+        if not can_be(found):
+            low, high = math.log(found), max(high, math.log(found))
+            for _ in range(_STEPS):
+                middle = (low + high) / 2
+                low, high = (low, middle) if can_be(math.exp(middle)) else (middle, high)
+            found = math.exp(high)
+    return found
+
+
+def _fitting(need: Need, most: int, start: float, frames: Sequence[int], where: str) -> float:
+    """The detail at which every frame's need is met: it grows while a frame is over."""
+    detail = start
+    for number, frame in enumerate(frames):
+
+        def at(px: float, frame: int = frame) -> int:
+            return need(frame, px)
+
+        if number == 0 or at(detail) > most:
+            detail = find_detail(at, most, detail, where).detail
+    return detail
+
+
+def _fitting_memory(scene: Scene, most: int, frames: Sequence[int]) -> float:
+    """The detail at which every frame's bytes are met, less those that an empty frame needs."""
+    preset = scene.preset
+    variant = choose(preset.render.variant, preset.render.spectral)
+
+    def bytes_at(frame: int, px: float) -> int:
+        return predicted_bytes(scene.with_preset(_at_detail(preset, px)).input(frame, variant))
+
+    made = scene.input(frames[0], variant)
+    least = predicted_bytes(replace(made, displayed=()))
+    if most <= least:
+        rule = f"a frame of this size needs about {size_text(least)} with nothing in it"
+        cure = "allow more, or ask for fewer pixels or samples"
+        raise InputError("--max-memory --fit", size_text(most), rule, cure)
+
+    def above_least(frame: int, px: float) -> int:
+        return max(bytes_at(frame, px) - least, 0)
+
+    return _fitting(above_least, most - least, preset.view.detail, frames, "--max-memory --fit")
+
+
+def _at_detail(preset: Preset, detail: float) -> Preset:
+    return preset.model_copy(update={"view": preset.view.model_copy(update={"detail": detail})})
+
+
+def _parts_of(scene: Scene, limit: MemoryLimit, most: int) -> Need:
+    def parts_at(frame: int, px: float) -> int:
+        view = replace(scene.view(frame), detail=px)
+        parts = sum(forecast_field(each, view).parts for each in scene.world.fields)
+        if parts > _FAR_OVER * most:
+            return round(parts)
+        if limit.bytes is not None and parts_bytes(parts) > limit.bytes:
+            able = float(f"{0.5 * most * limit.bytes / parts_bytes(most):.0e}")
+            rule = (
+                f"so many parts need about {size_text(parts_bytes(most))}, more than {limit.told}"
+            )
+            raise InputError("--max-parts", most, rule, f"try --max-parts {able:.0f}")
+        return parts_displayed(scene.world, view)
+
+    return parts_at
+
+
+def parts_displayed(world: World, view: View) -> int:
+    """Count the displayed parts of everything but the ground, whose tiles are few."""
+    others = (each for each in world.representations if each is not world.terrain)
+    return sum(prune(each, view).displayed_parts for each in others)

@@ -1,0 +1,380 @@
+"""A Dask cluster to render on: workers of this machine, or those of a scheduler that runs.
+
+The only file that imports Dask (the extra ``cluster``).
+
+The frames of a sequence as tasks of a cluster: one task a frame, one frame a worker at a time.
+
+What the workers write is renamed and noted here, so the manifest has one writer. Workers must see
+the folder under the same path.
+
+Every frame has MOST_TRIES tries: an exception is tried again by Dask; a worker's death is not laid
+to a frame that was merely queued there, because the last try of every frame that was about when a
+worker died is made with nothing else about.
+"""
+
+import asyncio
+import contextlib
+import json
+import logging
+import os
+import shutil
+import tempfile
+import threading
+import uuid
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from lod.errors import InputError
+from scenes.files import DiskError, partial_path, stray_partials
+from scenes.processes.signals import signals_held
+from scenes.processes.streams import open_standard_streams
+from scenes.render.exr.header import Record, Settings, software
+from scenes.render.exr.sequence import Job, commit_frame, failure, kept_record
+from scenes.render.frame_session import FrameSession
+from scenes.render.variants import trusting
+from scenes.render.worker import MOST_TRIES
+from scenes.render.worker_child import answer
+
+_ANSWER_S = 8
+_WORKERS_S = 300
+_NOT_DASK = "what listens there does not speak as Dask does"
+_SCRATCH = "lodbench-workers-"
+MOST_WORKERS = 1024
+
+
+@dataclass(frozen=True, eq=False)
+class Cluster:
+    """A connection to workers.
+
+    threads    for the renderer in each worker; 0 = as many as the worker was started with
+    most_bytes  that a frame may need of memory
+    """
+
+    client: Any
+    threads: int
+    most_bytes: int | None = None
+
+
+@contextlib.contextmanager
+def cluster(
+    where: str,
+    threads: int = 0,
+    variant: str = "",
+    most_bytes: int | None = None,
+    say: Callable[[str], object] = lambda text: None,
+) -> Iterator[Cluster]:
+    """Connect to workers: so many of this machine, or those of a scheduler's address or file.
+
+    Local workers are given ``threads`` each, or an even share of the cores, and end with the
+    context. ``say`` is told where to watch them, and when none is there yet. Raises InputError
+    where Dask is not installed, nothing answers, no worker comes, or one has other versions than
+    this process.
+    """
+    try:
+        import distributed
+    except ImportError:
+        rule, cure = "needs Dask", "pip install 'lodbench[cluster]'"
+        raise InputError("--cluster", where, rule, cure) from None
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)
+    with contextlib.ExitStack() as stack:
+        if where.isdecimal():
+            local = stack.enter_context(_local(where, variant))
+            with signals_held():
+                client = stack.enter_context(distributed.Client(local))
+            threads = threads or max(1, (os.cpu_count() or 1) // int(where))
+        else:
+            client = stack.enter_context(_remote(where))
+        say(f"lodbench: dashboard at {client.dashboard_link}")
+        _see_a_worker(client, where, say)
+        check_versions(client)
+        yield Cluster(client, threads, most_bytes)
+
+
+@contextlib.contextmanager
+def _local(where: str, variant: str) -> Iterator[Any]:
+    """Start processes of this machine, one thread each, with as much memory as there is.
+
+    Raises ChildProcessError where one of them ends while it starts.
+    """
+    import dask
+    from distributed import LocalCluster
+
+    if not 1 <= int(where) <= MOST_WORKERS:
+        raise InputError("--cluster", where, f"from 1 to {MOST_WORKERS} workers", "try 2")
+    # Whoever counts the tries of a frame is told of every worker that it ended.
+    settings = {"distributed.scheduler.allowed-failures": 0}
+    with contextlib.ExitStack() as stack:
+        folder = stack.enter_context(scratch_folder(dask.config.get("temporary-directory")))
+        # The scheduler, too, keeps its locks there.
+        stack.enter_context(dask.config.set({**settings, "temporary-directory": folder}))
+        with signals_held():
+            try:
+                local = LocalCluster(
+                    n_workers=int(where),
+                    threads_per_worker=1,
+                    memory_limit=0,
+                    dashboard_address=":0",
+                    silence_logs=logging.CRITICAL,
+                    env=trusting(variant) if variant else {},
+                    local_directory=folder,
+                )
+            except RuntimeError as error:
+                why = f"a worker ended while it started ({error}): try the same command again"
+                raise ChildProcessError(why) from error
+            stack.enter_context(local)
+        yield local
+
+
+@contextlib.contextmanager
+def scratch_folder(parent: str | None = None) -> Iterator[str]:
+    """Make a folder for what workers keep on disk, and remove it at the end with all in it.
+
+    What a process left that was killed is removed, too: its lock on its folder died with it.
+    ``parent`` is None for the system's temporary folder.
+    """
+    for old in Path(parent or tempfile.gettempdir()).glob(f"{_SCRATCH}*"):
+        with contextlib.suppress(OSError), _locked(old):
+            shutil.rmtree(old, ignore_errors=True)
+    folder = tempfile.mkdtemp(prefix=_SCRATCH, dir=parent)
+    try:
+        with _locked(Path(folder)):
+            yield folder
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+@contextlib.contextmanager
+def _locked(folder: Path) -> Iterator[None]:
+    """Hold the lock of a folder. Raises OSError where another process has it."""
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        with contextlib.suppress(ImportError):
+            import fcntl
+
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        yield
+    finally:
+        os.close(handle)
+
+
+@contextlib.contextmanager
+def _remote(where: str) -> Iterator[Any]:
+    from distributed import Client
+
+    address = where if "://" in where else _address_in(where)
+    if wrong := asyncio.run(_what_is_wrong_at(address)):
+        rule, cure = f"a Dask scheduler's address; {wrong}", "see that it runs: dask scheduler"
+        raise InputError("--cluster", where, rule, cure)
+    with Client(address, timeout=_ANSWER_S) as client:
+        yield client
+
+
+def _see_a_worker(client: Any, where: str, say: Callable[[str], object]) -> None:
+    """Wait for the first worker, with a task to do: clusters that grow on demand start one for it.
+
+    Raises InputError where none comes.
+    """
+    if client.scheduler_info()["workers"]:
+        return
+    say(f"lodbench: {where} has no worker yet: waiting for one, {_WORKERS_S} s at most")
+    task = client.submit(software, pure=False)
+    try:
+        task.exception(timeout=_WORKERS_S)
+    except TimeoutError:
+        task.cancel()
+        rule = f"a scheduler with workers; none came in {_WORKERS_S} s"
+        cure = f"start one: dask worker {client.scheduler.address}"
+        raise InputError("--cluster", where, rule, cure) from None
+
+
+def _address_in(file: str) -> str:
+    """Read the address that a scheduler wrote into its file."""
+    try:
+        return str(json.loads(Path(file).read_bytes())["address"])
+    except OSError:
+        rule = "a number of workers, a scheduler's address, or the file of one"
+        cure = "try --cluster 4 or --cluster tcp://HOST:8786"
+    except (ValueError, TypeError, KeyError, RecursionError):
+        rule, cure = "the file that a Dask scheduler wrote", "dask scheduler --scheduler-file FILE"
+    raise InputError("--cluster", file, rule, cure)
+
+
+async def _what_is_wrong_at(address: str) -> str:
+    """Greet what listens at an address as Dask does; nothing where it answers as Dask does.
+
+    The length of an answer is its first eight bytes, to Dask, so that whatever else answers may
+    appear as any error at all, MemoryError among them.
+    """
+    from distributed.comm import CommClosedError, connect
+    from distributed.security import Security
+
+    security = Security().get_connection_args("client")
+    try:
+        greeting = connect(address, timeout=_ANSWER_S / 2, **security)
+        (await asyncio.wait_for(greeting, _ANSWER_S)).abort()
+    except CommClosedError:
+        return "what listens there closes the connection"
+    except TimeoutError:
+        return f"what listens there says nothing for {_ANSWER_S} s"
+    except OSError:
+        return "nothing answers there, or closes the connection at once"
+    except (ValueError, TypeError) as error:
+        known = ("address" in str(error), "TLS" in str(error))
+        return str(error) if any(known) else _NOT_DASK
+    except Exception:
+        return _NOT_DASK
+    return ""
+
+
+def check_versions(client: Any) -> None:
+    """Raise InputError where a worker would not make the same pixels."""
+    ours = software()
+    for address, theirs in client.run(software, on_error="return").items():
+        if theirs != ours:
+            said = theirs if isinstance(theirs, str) else f"cannot say: {theirs}"
+            rule = f"a worker with {ours}, as here; {address} has {said}"
+            raise InputError("--cluster", said, rule, "install the same versions there")
+
+
+_ONE_AT_A_TIME = threading.Lock()
+"""Workers may have many threads: they are the renderer's, not for many frames."""
+
+
+Task = Callable[[Settings, int, str, int, int | None], dict[str, Any]]
+"""What a worker runs, as frame_task."""
+
+
+def frame_task(
+    settings: Settings, frame: int, path: str, threads: int, most_bytes: int | None
+) -> dict[str, Any]:
+    """Render a frame beside where it will stand.
+
+    Gives {record, partial}, or {input} or {disk} as worker_child does; raises RuntimeError for
+    anything else that goes wrong, for Dask to try again.
+    """
+    from distributed import get_worker
+
+    open_standard_streams()
+    worker = get_worker()
+    if settings["software"] != software():
+        rule = f"a worker with {settings['software']}, as here; {worker.address} has another"
+        return {"input": ["--cluster", software(), rule, "install the same versions there"]}
+    partial = partial_path(Path(path))
+    with _ONE_AT_A_TIME:
+        _set_threads(threads or worker.state.nthreads)
+        partial.unlink(missing_ok=True)
+        found = answer(
+            lambda: _session(worker, settings).render(frame, partial, most_bytes=most_bytes)
+        )
+    if "failed" in found:
+        raise RuntimeError(found["failed"])
+    return {**found, "partial": str(partial)}
+
+
+def _session(worker: Any, settings: Settings) -> FrameSession:
+    """The session of a worker, for whom it is kept from frame to frame of the same settings."""
+    session: FrameSession | None = getattr(worker, "frame_session", None)
+    if session is None or session.settings != settings:
+        worker.frame_session = None  # its world goes before another comes
+        worker.frame_session = session = FrameSession(settings)
+    return session
+
+
+def _set_threads(threads: int) -> None:
+    import drjit
+
+    drjit.set_thread_count(threads)
+
+
+def render_on_cluster(job: Job, cluster: Cluster, task: Task = frame_task) -> Iterator[Record]:
+    """Render what is not done, giving a record after each frame, in the order in which they end.
+
+    Records and errors are those of sequence.render_sequence.
+    """
+    for frame in job.paths:
+        if frame in job.done:
+            yield kept_record(job, frame)
+    tries = {frame: 0 for frame in job.paths if frame not in job.done}
+    for turn in range(MOST_TRIES):
+        together = [list(tries)] if turn < MOST_TRIES - 1 else [[frame] for frame in tries]
+        for frames in filter(None, together):
+            yield from _turn(job, cluster, task, frames, tries)
+
+
+def _turn(
+    job: Job, cluster: Cluster, task: Task, frames: list[int], tries: dict[int, int]
+) -> Iterator[Record]:
+    """Try these frames; those that end, one way or another, leave ``tries``."""
+    for frame, found in _ended(job, cluster, task, frames):
+        if isinstance(found, int):
+            tries[frame] += found
+            if tries[frame] >= MOST_TRIES:
+                many = tries.pop(frame)
+                yield failure(job, frame, f"it ended its worker {many} times", many)
+            continue
+        first = len(tries) == len(job.paths) - len(job.done)
+        del tries[frame]
+        if isinstance(found, InputError):
+            if first:
+                raise found
+            yield failure(job, frame, str(found), 1)
+        elif isinstance(found, BaseException):
+            yield failure(job, frame, str(found), MOST_TRIES)
+        else:
+            yield commit_frame(job, frame, found["record"], Path(found["partial"]))
+
+
+def _ended(
+    job: Job, cluster: Cluster, task: Task, frames: list[int]
+) -> Iterator[tuple[int, dict[str, Any] | BaseException | int]]:
+    """Each frame as it ends: what the task gave, its error, or how many workers it ended."""
+    from distributed import as_completed
+    from distributed.scheduler import KilledWorker
+
+    name, client = f"lodbench-{uuid.uuid4().hex[:12]}", cluster.client
+    frame_of = {f"{name}-{frame}": frame for frame in frames}
+    futures = [
+        client.submit(
+            task,
+            job.settings,
+            frame,
+            str(job.paths[frame].resolve()),
+            cluster.threads,
+            cluster.most_bytes,
+            key=key,
+            retries=MOST_TRIES - 1,
+            pure=False,
+        )
+        for key, frame in frame_of.items()
+    ]
+    try:
+        for future in as_completed(futures):
+            frame, error = frame_of[future.key], future.exception()
+            if isinstance(error, KilledWorker):
+                yield frame, error.allowed_failures + 1
+            else:
+                yield frame, error or _result(future.result(), job.paths[frame])
+            future.release()
+    finally:
+        client.cancel(futures, force=True)
+
+
+def _result(found: dict[str, Any], path: Path) -> dict[str, Any] | InputError:
+    """What a task gave, or what it says of bad input. Raises what it says of the disk."""
+    if "input" in found:
+        where, arrived, rule, cure = found["input"]
+        return InputError(where, arrived, rule, cure)
+    if "disk" in found:
+        raise DiskError(OSError(*found["disk"]), path)
+    return found
+
+
+def sweep(job: Job) -> None:
+    """Remove what workers left that died; to be called when they are gone or done."""
+    names = {path.name for path in job.paths.values()}
+    for name, stray in stray_partials(job.folder):
+        if name in names:
+            with contextlib.suppress(OSError):
+                stray.unlink()

@@ -1,0 +1,285 @@
+"""Settings as attributes of OpenEXR, typed where it has the type, and read back without loss.
+
+What a frame's header says: the camera, the time, the software, and every setting.
+
+Settings and records: what determines a frame's pixels, and what is known of it, as plain data.
+
+Settings travel to other processes and machines, stand in every header and in the manifest, and make
+the same frame again.
+"""
+
+import json
+import math
+from collections.abc import Mapping
+from datetime import datetime, timedelta
+from fractions import Fraction
+from functools import cache
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any
+
+import numpy as np
+
+from lod.camera import Camera
+from lod.errors import InputError
+from scenes.presets.load import MODEL_TABLES, preset_from
+from scenes.presets.schema import Preset
+
+_LEAST, _MOST = -(2**31), 2**31 - 1
+
+
+def to_attribute(value: Any) -> Any:
+    """Turn plain data into what OpenEXR writes, and from_attribute reads back the same.
+
+    A whole number within 32 bits becomes an ``int``, a float a ``double``, two or three of either
+    ``v2i``, ``v3i``, ``v2d`` or ``v3d``. Text stays text, unless it could be read as JSON. All else
+    (true, null, longer lists and larger whole numbers) becomes text in JSON.
+    """
+    if isinstance(value, str):
+        return value if _from_json(value) is _NOT_JSON else json.dumps(value)
+    if type(value) is int and _LEAST <= value <= _MOST:
+        return value
+    if isinstance(value, float):
+        return np.array([value])
+    if isinstance(value, list | tuple) and len(value) in (2, 3):
+        if all(type(each) is int and _LEAST <= each <= _MOST for each in value):
+            return np.array(value, np.int32)
+        if all(isinstance(each, float) for each in value):
+            return np.array(value, np.float64)
+    return json.dumps(value, sort_keys=True)
+
+
+def from_attribute(value: Any) -> Any:
+    """Turn what OpenEXR read back into plain data."""
+    if isinstance(value, np.ndarray):
+        return value.item() if value.size == 1 else value.tolist()
+    found = _from_json(value) if isinstance(value, str) else value
+    return value if found is _NOT_JSON else found
+
+
+def flatten_attributes(table: Mapping[str, Any], prefix: str) -> dict[str, Any]:
+    """Make attributes of nested tables, by dotted keys; an empty table is a key of its own."""
+    found: dict[str, Any] = {}
+    for key, value in table.items():
+        if isinstance(value, Mapping) and value:
+            found |= flatten_attributes(value, f"{prefix}{key}.")
+        else:
+            found[f"{prefix}{key}"] = to_attribute(value)
+    return found
+
+
+def nest_attributes(header: Mapping[str, Any], prefix: str) -> dict[str, Any]:
+    """Make nested tables of the attributes whose names begin with a prefix."""
+    tables: dict[str, Any] = {}
+    for name in sorted(name for name in header if name.startswith(prefix)):
+        *above, key = name.removeprefix(prefix).split(".")
+        inner = tables
+        for each in above:
+            table = inner.get(each)  # no table where a name is damaged
+            inner[each] = inner = table if isinstance(table, dict) else {}
+        inner[key] = from_attribute(header[name])
+    return tables
+
+
+_NOT_JSON = object()
+
+
+def _from_json(text: str) -> Any:
+    try:
+        return json.loads(text)
+    except (ValueError, RecursionError):
+        return _NOT_JSON
+
+
+PREFIX = "lod:"
+FRAME = f"{PREFIX}frame"
+VIEWS = ["left", "right"]
+"""The eyes of a pair; a plain reader sees the first."""
+
+_PRESET = f"{PREFIX}preset."
+"""Before every key of a preset, which so shares no name with what the camera is in this frame."""
+
+
+def frame_header(
+    camera: Camera,
+    fps: float,
+    settings: Mapping[str, Any],
+    frame: int,
+    date: str | None = None,
+) -> dict[str, Any]:
+    """Make the attributes for write_exr: only what determines the pixels, so that hashes repeat.
+
+    worldToCamera and worldToNDC (4, 4) are for row vectors, as OpenEXR documents them: camera x
+    right, y up, looking along +z; the picture from (0, 0), upper left, to (1, 1). The world's
+    origin is the grid corner ``lod:corner``, and so is that of ``lod:eye`` [m]. Of a pair they are
+    the left eye's, and the right one is ``lod:baseline_m`` to its right. settings: of
+    ``frame_settings``, or any nested plain data; settings_in reads them back. date: local, of frame
+    1, in ISO 8601. Raises InputError for a frame rate that cannot be, and for a date beyond the
+    year 9999.
+    """
+    if not (math.isfinite(fps) and 0 < fps <= 1e6):
+        raise InputError("camera.fps", fps, "above 0 frames a second", "try 24")
+    stereo = {"multiView": VIEWS} if camera.baseline_m else {}
+    apart = {"baseline_m": camera.baseline_m} if camera.baseline_m else {}
+    camera = camera.pair[0] if camera.baseline_m else camera
+    about = {
+        **apart,
+        "corner": (camera.corner.x, camera.corner.y),
+        "eye": tuple(camera.eye.tolist()),
+        "fov_x_deg": math.degrees(camera.fov_x),
+    }
+    return {
+        "worldToCamera": np.ascontiguousarray(_left_handed(camera).T, np.float32),
+        **_projection(camera),
+        "framesPerSecond": Fraction(fps).limit_denominator(100_000),
+        **_lens(camera),
+        **stereo,
+        **_time_of_shot(fps, frame, date),
+        **flatten_attributes(about, PREFIX),
+        **settings_attributes(settings, frame),
+    }
+
+
+def _projection(camera: Camera) -> dict[str, Any]:
+    """How the picture is projected; a panorama is an environment map in latitude and longitude."""
+    if camera.panorama:
+        return {"envmap": "latlong"}
+    return {
+        "worldToNDC": np.ascontiguousarray(_ndc_from_world(camera).T, np.float32),
+        "screenWindowWidth": float(np.float32(2 * camera.tan_half[0])),
+    }
+
+
+def picture_windows(size: tuple[int, int], window: tuple[int, ...]) -> dict[str, Any]:
+    """Make OpenEXR's display and data window: the whole picture, and what of it is in the file.
+
+    ``window`` is left, top, right and bottom [px]. Of a whole picture there are none: the file's
+    own size says it.
+    """
+    left, top, right, bottom = window
+    if window == (0, 0, *size):
+        return {}
+    corners = {
+        "displayWindow": ((0, 0), (size[0] - 1, size[1] - 1)),
+        "dataWindow": ((left, top), (right - 1, bottom - 1)),
+    }
+    return {
+        name: tuple(np.array(corner, np.int32) for corner in each) for name, each in corners.items()
+    }
+
+
+def _lens(camera: Camera) -> dict[str, Any]:
+    """``focus``, OpenEXR's distance in focus, and the opening's diameter [m]; none of a pinhole."""
+    if camera.lens is None:
+        return {}
+    about = {"aperture_m": camera.lens.diameter_m}
+    return {"focus": float(np.float32(camera.lens.focus_m)), **flatten_attributes(about, PREFIX)}
+
+
+def _time_of_shot(fps: float, frame: int, date: str | None) -> dict[str, Any]:
+    """When a frame is: ``timeCode`` as (hours, minutes, seconds, frames), and ``capDate``.
+
+    A time code counts from frame 1 in whole frames a second (24 at 23.976) and wraps after 24
+    hours; there is none above 30 a second, or where the rate is no whole number or 1000/1001 of
+    one.
+    """
+    found: dict[str, Any] = {}
+    rate, count = round(fps), frame - 1
+    if 1 <= rate <= 30 and min(abs(fps - rate), abs(fps * 1.001 - rate)) < 1e-3 and count >= 0:
+        seconds = count // rate
+        found["timeCode"] = (seconds // 3600 % 24, seconds // 60 % 60, seconds % 60, count % rate)
+    if date is not None:
+        try:
+            now = datetime.fromisoformat(date) + timedelta(seconds=math.floor(count / fps))
+        except OverflowError:
+            rule = f"a date from which frame {frame} is before the year 10000"
+            raise InputError("camera.date", date, rule, "give an earlier date") from None
+        found["capDate"] = now.isoformat(sep=" ").replace("-", ":")
+    return found
+
+
+def settings_attributes(settings: Mapping[str, Any], frame: int) -> dict[str, Any]:
+    """Make the attributes that say what a frame was made with, and which frame it is."""
+    preset = {key: value for key, value in settings.items() if key != "software"}
+    made_by = settings.get("software", software())
+    return {FRAME: frame, "software": made_by, **flatten_attributes(preset, _PRESET)}
+
+
+def settings_in(header: Mapping[str, Any]) -> dict[str, Any]:
+    """Read the settings that settings_attributes was given: the same, and so is their hash."""
+    return {**nest_attributes(header, _PRESET), "software": header.get("software")}
+
+
+def camera_from_world(camera: Camera) -> np.ndarray:
+    """Matrix (4, 4), for column vectors, from the frame's corner to the camera's axes: −z ahead."""
+    axes = np.stack((camera.right, camera.up, -camera.forward))
+    matrix = np.eye(4)
+    matrix[:3, :3] = axes
+    matrix[:3, 3] = -axes @ camera.eye
+    return matrix
+
+
+def _left_handed(camera: Camera) -> np.ndarray:
+    """As camera_from_world, but with +z ahead."""
+    return np.diag((1.0, 1.0, -1.0, 1.0)) @ camera_from_world(camera)
+
+
+def _ndc_from_world(camera: Camera) -> np.ndarray:
+    """From the frame's corner to the picture; what z becomes is of no meaning."""
+    x, y = camera.tan_half
+    picture = [[0.5 / x, 0, 0.5, 0], [0, -0.5 / y, 0.5, 0], [0, 0, 0, 1], [0, 0, 1, 0]]
+    return np.array(picture) @ _left_handed(camera)
+
+
+@cache
+def software() -> str:
+    """Name and versions of what makes the pixels."""
+    return f"lodbench {_version('lodbench')} (Mitsuba {_version('mitsuba')})"
+
+
+def _version(package: str) -> str:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return "source"
+
+
+Settings = Mapping[str, Any]
+"""A preset as plain data, with the software that renders it (``frame_settings``)."""
+
+
+_BESIDE = ("software", "track")
+"""What settings hold beside a preset."""
+
+Record = dict[str, Any]
+"""What is known of a rendered frame, as plain data (``FrameSession.render``)."""
+
+
+def frame_settings(preset: Preset, variant: str, track: str | None = None) -> dict[str, Any]:
+    """Collect everything that determines the pixels: preset, variant in place of auto, software.
+
+    track  hash of the pose track by which its actors stand; None where nobody acts
+    """
+    settings = preset.model_dump(mode="json", exclude={"about"})
+    settings["render"]["variant"] = variant
+    for table in (each for kind in MODEL_TABLES for each in settings[kind].values()):
+        if table["model_sha256"] is None:  # it is one of the program's own
+            del table["model_sha256"]
+    acts = {} if track is None else {"track": track}
+    return {**settings, **acts, "software": software()}
+
+
+def preset_from_settings(settings: Settings) -> Preset:
+    """Check the preset that settings hold. Raises InputError for what no preset can be.
+
+    Tables are put in the order of their names: species get their ids in that order, and presets
+    that differ in it alone have the same settings hash, so they must give the same frame.
+    """
+    tables = {name: each for name, each in settings.items() if name not in _BESIDE}
+    return preset_from(_in_order_of_names(tables), source="settings")
+
+
+def _in_order_of_names(table: Mapping[str, Any]) -> dict[str, Any]:
+    return {
+        name: _in_order_of_names(each) if isinstance(each, Mapping) else each
+        for name, each in sorted(table.items())
+    }

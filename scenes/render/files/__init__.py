@@ -1,1 +1,0 @@
-"""This package reads and writes frames, manifests and other files."""

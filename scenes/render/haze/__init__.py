@@ -1,1 +1,0 @@
-"""This package computes airlight and transmittance along rays."""

@@ -1,0 +1,265 @@
+"""The renderer's plugins, made so that compiled code is the same every time.
+
+Radiance by direction in tables: rows by elevation, columns clockwise from north, evenly.
+
+The bands in which a variant renders, and how they make linear Rec.709.
+
+An _rgb variant has three, each with an effective wavelength; a _spectral variant has as many as
+``EDGES_NM`` leaves room for, and each holds the integral of the radiance over it.
+
+Sun and sky of a frame, as Mitsuba's emitters and as numbers, in whatever variant is set.
+
+Airlight from the horizon: the sky's own radiance there, so that land fades into the sky.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import mitsuba as mi
+import numpy as np
+
+from lod.air import rgb_wavelengths
+from lod.arrays import freeze
+from scenes.render.description import Description
+
+
+def load_plugin(plan: dict[str, Any]) -> Any:
+    """Load a Mitsuba plugin, its parts one after the other.
+
+    Loaded in parallel they are numbered by chance, and a JIT variant compiles their numbers.
+    """
+    return mi.load_dict(plan, parallel=False)
+
+
+def interpolate(table: np.ndarray, row: np.ndarray, turn: np.ndarray) -> np.ndarray:
+    """Interpolate between the four nearest entries of a table (rows, columns, bands), (…, bands).
+
+    ``row`` (…) counts from 0 and stays within the table; ``turn`` (…) is in whole turns.
+    drivers/jit.py does the same for Dr.Jit arrays.
+    """
+    rows, columns = table.shape[:2]
+    row, column = np.clip(row, 0, rows - 1), turn % 1.0 * columns
+    lower, left = np.floor(row).astype(np.int64), np.floor(column).astype(np.int64)
+    up_share, right_share = (row - lower)[..., None], (column - left)[..., None]
+    upper, left, right = np.minimum(lower + 1, rows - 1), left % columns, (left + 1) % columns
+    below = table[lower, left] * (1 - right_share) + table[lower, right] * right_share
+    above = table[upper, left] * (1 - right_share) + table[upper, right] * right_share
+    return below * (1 - up_share) + above * up_share
+
+
+def interpolate_planes(
+    table: np.ndarray, plane: np.ndarray, row: np.ndarray, turn: np.ndarray
+) -> np.ndarray:
+    """Interpolate in a table (planes, rows, columns, bands); ``plane`` (…) counts from 0."""
+    planes, rows = table.shape[:2]
+    plane, row = np.clip(plane, 0, planes - 1), np.clip(row, 0, rows - 1)
+    near_plane = np.floor(plane)
+    share, far_plane = (plane - near_plane)[..., None], np.minimum(near_plane + 1, planes - 1)
+    flat = table.reshape(planes * rows, *table.shape[2:])  # the last row has none after it
+    near, far = (interpolate(flat, each * rows + row, turn) for each in (near_plane, far_plane))
+    return near * (1 - share) + far * share
+
+
+def azimuth(directions: np.ndarray) -> np.ndarray:
+    """Azimuth in whole turns clockwise from north, (…, 3) → (…), 0 to 1."""
+    return np.arctan2(directions[..., 0], directions[..., 1]) / (2 * np.pi) % 1.0
+
+
+def row_sine(rows: int, up: np.ndarray) -> np.ndarray:
+    """Row of a direction by its sine of elevation, of which rows are middles of even steps."""
+    return (up + 1) / 2 * rows - 0.5
+
+
+def row_sqrt_sine(rows: int, up: np.ndarray) -> np.ndarray:
+    """Row of a direction by the root of its sine of elevation, from straight below to straight up.
+
+    Rows are even in that root either way from the horizon: most of them lie where views change
+    most.
+    """
+    return (np.sign(up) * np.sqrt(np.abs(up)) + 1) / 2 * (rows - 1)
+
+
+def row_upper(rows: int, up: np.ndarray) -> np.ndarray:
+    """Row of a direction by the root of its sine of elevation, from the horizon to straight up.
+
+    Most rows lie where the sky changes most.
+    """
+    return np.sqrt(np.clip(up, 0.0, 1.0)) * (rows - 1)
+
+
+EDGES_NM = np.arange(400.0, 721.0, 20.0)
+"""Of the spectral bands: the sky's model ends at 720 nm, and the eye sees 0.1 % beyond the ends."""
+
+_CIE_Y_NM = 106.856895
+"""∫ȳdλ of the CIE 1931 2° observer, by which the renderer's _rgb variants divide radiance."""
+
+
+@dataclass(frozen=True, eq=False)
+class Bands:
+    """The bands of a picture.
+
+    wavelengths  (n,) effective [nm]
+    width        of each [nm]; 0 in _rgb variants, whose bands are no stretches of the spectrum
+    to_rgb       (n, 3) what a band adds to linear Rec.709
+    """
+
+    wavelengths: np.ndarray
+    width: float
+    to_rgb: np.ndarray
+
+    def __post_init__(self) -> None:
+        freeze(self, wavelengths=np.float64, to_rgb=np.float64)
+
+    @property
+    def is_spectral(self) -> bool:
+        """Whether they are stretches of a spectrum."""
+        return self.width > 0
+
+    @property
+    def even(self) -> np.ndarray:
+        """Linear Rec.709 that the renderer makes of an albedo of 1, (3,).
+
+        It integrates spectra under even light, not under the D65 that Rec.709 means. Divided by
+        this greys are right, and colours nearly.
+        """
+        return self.width * self.to_rgb.sum(axis=0) if self.is_spectral else np.ones(3)
+
+
+@lru_cache(maxsize=2)
+def make_bands(is_spectral: bool) -> Bands:
+    """Make red, green and blue, or bands of equal width over the visible.
+
+    Spectral bands become XYZ by the mean of colour-science's CIE 1931 2° colour matching functions
+    over each, and linear Rec.709 by colour-science's matrix.
+    """
+    if not is_spectral:
+        return Bands(rgb_wavelengths(), 0.0, np.eye(3))
+    from colour import MSDS_CMFS, RGB_COLOURSPACES, SpectralShape
+
+    centres = (EDGES_NM[1:] + EDGES_NM[:-1]) / 2
+    width = float(EDGES_NM[1] - EDGES_NM[0])
+    shape = SpectralShape(EDGES_NM[0] + 0.5, EDGES_NM[-1] - 0.5, 1)
+    observer = MSDS_CMFS["CIE 1931 2 Degree Standard Observer"].copy().align(shape).values
+    mean = observer.reshape(len(centres), -1, 3).mean(axis=1) / _CIE_Y_NM
+    to_rgb = RGB_COLOURSPACES["ITU-R BT.709"].matrix_XYZ_to_RGB
+    return Bands(centres, width, mean @ to_rgb.T)
+
+
+_ROWS, _COLUMNS = 256, 144
+"""Of a picture of all directions."""
+
+
+def surroundings(light: Description) -> Any:
+    """Make the light from all around: the sky, or its light through a layer of air.
+
+    The latter is a picture of what reaches the ground from each direction, where the frame is lit
+    through such a layer.
+    """
+    if "scattering_layer" not in light:
+        return sky(light, sun_scale=0.0)
+    up = np.sin(np.pi * (0.5 - (np.arange(_ROWS) + 0.5) / _ROWS))
+    turn = (np.arange(_COLUMNS) + 0.5) / _COLUMNS
+    table = light["scattering_layer"].sky_from_ground
+    turns, rows = np.broadcast_arrays(turn, row_upper(len(table), up)[:, None])
+    picture = interpolate(table, rows, turns) * (up > 0)[:, None, None]
+    return {
+        "type": "envmap",
+        "bitmap": mi.Bitmap(np.ascontiguousarray(picture, np.float32)),
+        "to_world": mi.ScalarTransform4f().rotate([1, 0, 0], 90),
+    }
+
+
+def sky(light: Description, sun_scale: float = 1.0, sky_scale: float = 1.0) -> Description:
+    """Describe Hosek's and Wilkie's sky and sun, z up; without its sun where ``sun_scale`` is 0."""
+    return {
+        "type": "sunsky",
+        "sun_direction": light["to_sun"].tolist(),
+        "turbidity": light["turbidity"],
+        "sun_scale": sun_scale,
+        "sky_scale": sky_scale,
+    }
+
+
+def sun_disc(light: Description) -> tuple[np.ndarray, float]:
+    """Radiance of the sun's disc, (bands,), never negative, and cosine of its angular radius."""
+    emitter = load_plugin(sky(light, sky_scale=0.0))
+    radius = np.radians(_SUN_APERTURE_DEG / 2)
+    return np.maximum(radiance(emitter, light["to_sun"][None])[0], 0.0), float(np.cos(radius))
+
+
+def variant_bands() -> Bands:
+    """The bands of the variant that is set."""
+    return make_bands(str(mi.variant()).endswith("_spectral"))
+
+
+def radiance(emitter: Any, directions: np.ndarray) -> np.ndarray:
+    """Radiance of an environment from each direction in each band, (n, 3) → (n, bands)."""
+    made = variant_bands()
+    if not made.is_spectral:
+        return _radiance(emitter, directions)
+    columns = [_radiance(emitter, directions, float(nm))[:, 0] for nm in made.wavelengths]
+    return made.width * np.stack(columns, axis=1)
+
+
+def _radiance(emitter: Any, directions: np.ndarray, nm: float = 0.0) -> np.ndarray:
+    """(n, 3) → (n, 3), or (n, 4) alike, at one wavelength, in a spectral variant."""
+    hit = mi.SurfaceInteraction3f()
+    if nm:
+        hit.wavelengths = type(hit.wavelengths)(nm)
+    if not str(mi.variant()).startswith("scalar_"):
+        hit.wi = mi.Vector3f(np.float32(-directions.T))
+        return np.array(emitter.eval(hit), np.float64).T
+    rows = []
+    for direction in directions:
+        hit.wi = mi.Vector3f([-float(x) for x in direction])
+        rows.append(np.array(emitter.eval(hit), np.float64))
+    return np.array(rows)
+
+
+_SUN_APERTURE_DEG = 0.5358
+"""The full width of sunsky's sun."""
+
+
+def sun_irradiance(light: Description) -> np.ndarray:
+    """Irradiance of a surface that faces the sun, E = L·2π(1 − cos r), (bands,)."""
+    disc, cosine = sun_disc(light)
+    return disc * 2 * np.pi * (1 - cosine)
+
+
+def sun(light: Description) -> Description:
+    """Describe the sun as a directional light of the same irradiance, which has no penumbra."""
+    made, irradiance = variant_bands(), sun_irradiance(light)
+    if layer := light.get("scattering_layer"):
+        irradiance = irradiance * layer.sun_to_ground
+    colour: Description = {"type": "rgb", "value": irradiance.tolist()}
+    if made.is_spectral:
+        low, high = made.wavelengths[[0, -1]].tolist()
+        values = ",".join(repr(each) for each in (irradiance / made.width).tolist())
+        ends = {"wavelength_min": low, "wavelength_max": high}
+        colour = {"type": "regular", "values": values, **ends}
+    return {
+        "type": "directional",
+        "direction": (-light["to_sun"]).tolist(),
+        "irradiance": colour,
+        "sampling_weight": light["weight"],
+    }
+
+
+HORIZON_DEG = 0.5
+"""Elevation of the airlight: the sky model darkens towards 0°, within its last half degree."""
+
+AZIMUTHS = 1440
+"""Rows of a table of airlight, evenly spaced clockwise from north."""
+
+
+def horizon(light: Description) -> np.ndarray:
+    """Radiance at the horizon by azimuth, (AZIMUTHS, bands); never negative."""
+    angles, up = np.arange(AZIMUTHS) / AZIMUTHS * 2 * np.pi, np.radians(HORIZON_DEG)
+    east, north = np.cos(up) * np.sin(angles), np.cos(up) * np.cos(angles)
+    return sky_radiance(light, np.stack((east, north, np.full(AZIMUTHS, np.sin(up))), axis=1))
+
+
+def sky_radiance(light: Description, directions: np.ndarray) -> np.ndarray:
+    """Radiance of the sky without its sun, (n, 3) → (n, bands); the model's negatives become 0."""
+    return np.maximum(radiance(load_plugin(sky(light, sun_scale=0.0)), directions), 0.0)

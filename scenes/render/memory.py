@@ -1,0 +1,268 @@
+"""How much memory does a command need? One model, asked once, before its first frame.
+
+The model of a picture is linear, fitted to the most memory of twelve frames in fresh processes
+(relative least squares; 0 to 5.8 M sticks, 0.03 to 1.2 M triangles, 2·10³ to 2·10⁶ pixels, both
+drivers):
+
+    bytes = 336 MB + 277·sticks + 204·triangles + 176·pixels + s·samples at once,
+
+s = 187 under Dr.Jit, 355 in scalar variants. Where all sticks are one shape (Dr.Jit, in colours)
+and no shutter is open a stick takes 120 in the renderer, but 210 while it is posed: a wood of 34 M
+sticks held 7.4 GB. Wavelengths bring colour-science with them: sixteen bands add 232 MB, 705 bytes
+a pixel and, under Dr.Jit, 440 a sample at once; motion vectors 126 a stick (where its ends are
+next); a denoiser 500 a pixel, mattes 90; and under an open shutter the sticks of two instants are
+held at once.
+
+Pruning alone, without a picture (``lodbench count``), takes
+
+    bytes = 380 MB + 60·parts + 120·objects examined + 24·cells + 230·triangles,
+
+set by hand, on the safe side: in nine counts (0.3 to 360 M parts) a part took 11 to 18 bytes, but
+trees 30 times as large as usual (`species.tree.sizes=[30]` in `meadow`) took far more. `crowd` at 2
+people a square metre, each in a pose of its own, takes more than this says.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from lod.errors import InputError
+from lod.pruner import Cut, prune
+from lod.shapes import Sticks, Triangles, batches_of
+from lod.view import View
+from scenes.field.forecast import forecast_field
+from scenes.frame.frame_input import FrameInput, Quality
+from scenes.ground.mesh import QUADS
+from scenes.models.catalogue import model_prototypes
+from scenes.presets.load import has_acting
+from scenes.presets.schema import Preset
+from scenes.processes.memory import MemoryLimit, memory_limit, size_text
+from scenes.rig.rigged_prototype import RiggedPrototype
+from scenes.scene import Scene, frame_quality
+from scenes.trees.species import Weather
+from scenes.world.world import World
+
+_FEW_PROTOTYPES = 64
+_BUILT_PART, _KEPT_PART = 4100.0, 2900.0
+"""Bytes for each part of a prototype: while prototypes are built, and in the tables of each size
+(``meadow`` with 60 trees took 1.2 GB more than with one, and with 4 in 64 sizes 2.2 GB)."""
+
+_POSABLE_PART, _RIGID_PART = 4000.0, 1000.0
+"""Bytes that a live actor takes for each part of its model, with joints and without (measured: 2.4
+to 2.9 kB for figures and animals, 0.75 kB for trees)."""
+
+_ACTED_FRAME, _ACTED_ACTOR = 2000.0, 500.0
+"""Bytes of a frame that is acted, and of each actor in it, while a track is made and packed
+(measured: 1.2 kB, and 0.15 kB to 0.4 kB by how many joints messages hold)."""
+
+
+def preflight(
+    scene: Scene,
+    frames: Sequence[int] = (),
+    most: int | None = None,
+    variant: str | None = None,
+    acted: int = 0,
+) -> "Forecast | None":
+    """Raise InputError where a command is estimated to need more memory than it may.
+
+    It is asked once, before the first frame: prototypes and live actors are estimated before they
+    are made, and frames before anything of them is pruned but the ground.
+
+    most     bytes that it may hold, as of ``memory_limit``
+    variant  in which the frames are rendered; None: they are only pruned
+    acted    how many frames that live actors act are kept
+    Gives what is estimated of the last frame; None without a limit, where nothing is estimated.
+    """
+    limit, found = memory_limit(most), None
+    if limit.bytes is None:
+        return None
+    _check_actors(scene.preset, limit, limit.bytes, acted)
+    _check_prototypes(scene.preset, limit, limit.bytes)
+    for frame in frames:
+        found = forecast(scene.world, scene.view(frame))
+        needed = frame_bytes(found, scene.preset, variant)
+        if needed > limit.bytes:
+            counts = f"about {found.parts:,.0f} parts and {found.triangles:,.0f} triangles"
+            parts = found.parts * limit.bytes / needed / 2
+            budget = f" (--max-parts {float(f'{parts:.0e}'):.0f} sets it)" if parts >= 1000 else ""
+            raise _refusal(limit, f"frame {frame}, with {counts},", needed, budget)
+    return found
+
+
+def check_memory(frame_input: FrameInput, most: int | None = None) -> None:
+    """Raise InputError where a picture of this input needs more memory than it may."""
+    limit, needed = memory_limit(most), predicted_bytes(frame_input)
+    if limit.bytes is not None and needed > limit.bytes:
+        counts = "{:,} sticks and {:,} triangles".format(*count_shapes(frame_input))
+        raise _refusal(limit, f"the picture, with {counts},", needed)
+
+
+def _refusal(limit: MemoryLimit, what: str, needed: int, budget: str = "") -> InputError:
+    cure = f"ask for less detail{budget}, density or size, or --max-memory 0 to try it all the same"
+    rule = f"{what} needs about {size_text(needed)}"
+    return InputError("--max-memory", limit.told, rule, cure)
+
+
+def _check_prototypes(preset: Preset, limit: MemoryLimit, most: int) -> None:
+    """Of species with many prototypes the first is made and counted, before the others are."""
+    needed = 0.0
+    weather = Weather(preset.world.season, preset.wind.speed)
+    for name, table in preset.species.items():
+        built, kept = table.prototypes, table.prototypes * len(table.sizes)
+        if kept <= _FEW_PROTOTYPES or table.density == 0:
+            continue
+        (first,) = model_prototypes(table.model, 1, (1.0,), False, weather, table.model_sha256)
+        needed += len(first.hierarchy) * (built * _BUILT_PART + kept * _KEPT_PART)
+        if needed > most:
+            rule = f"{kept} prototypes of {name} need about {size_text(needed)}"
+            raise InputError("--max-memory", limit.told, rule, "ask for fewer prototypes or sizes")
+
+
+def _check_actors(preset: Preset, limit: MemoryLimit, most: int, acted: int) -> None:
+    if not has_acting(preset):
+        return
+    actors, needed = _actors_bytes(preset)
+    needed += acted * (_ACTED_FRAME + _ACTED_ACTOR * actors)
+    if needed > most:
+        kept = f" in {acted:,} frames" if acted else ""
+        rule = f"{actors:,} actors{kept} need about {size_text(needed)}"
+        fewer = "fewer actors or a smaller acting.frames" if acted else "fewer actors"
+        cure = f"ask for {fewer}, or --max-memory 0 to try it all the same"
+        raise InputError("--max-memory", limit.told, rule, cure)
+
+
+def _actors_bytes(preset: Preset) -> tuple[int, float]:
+    """Count the live actors of a preset, and estimate the bytes of them and of their prototypes."""
+    weather = Weather(preset.world.season, preset.wind.speed)
+    actors, needed = 0, 0.0
+    kinds: dict[tuple[str, str | None, float], int] = {}
+    alone = ((each, 1, each.size, each.prototype) for each in preset.actors.values())
+    in_troupes = ((each, each.count, 1.0, each.prototypes) for each in preset.troupes.values())
+    for table, count, size, prototypes in (*alone, *in_troupes):
+        model = table.model, table.model_sha256
+        (first,) = model_prototypes(model[0], 1, (1.0,), True, weather, model[1])
+        parts = len(first.hierarchy)
+        part = _POSABLE_PART if isinstance(first, RiggedPrototype) else _RIGID_PART
+        actors += count
+        needed += count * parts * part
+        made = kinds.get((*model, size), 0)
+        kinds[(*model, size)] = max(made, prototypes)
+        needed += max(prototypes - made, 0) * parts * (_BUILT_PART + _KEPT_PART)
+    return actors, needed
+
+
+@dataclass(frozen=True)
+class Forecast:
+    """Expected numbers of what a view visits and displays of a world.
+
+    cells, objects   of the fields, visited; parts, sticks: displayed of them
+    triangles        of the ground, and of the meshes displayed
+    ground           the cut of the ground, from which its triangles are known
+    """
+
+    cells: float
+    objects: float
+    parts: float
+    sticks: float
+    triangles: float
+    ground: Cut
+
+
+def forecast(world: World, view: View, of_fields: View | None = None) -> Forecast:
+    """Estimate what a view displays of the ground and of the fields.
+
+    ``of_fields`` is the view of the fields where they are pruned by another rule than the ground.
+    What is placed one by one, plumes, dust and what plug-ins make is left out. Raises InputError
+    where the ground would have more tiles than it may.
+    """
+    fields = [forecast_field(each, of_fields or view) for each in world.fields]
+    ground = prune(world.terrain, view)
+    # A tile draws those of its quarters that no tile covers: 4 a tile, less one for each that does.
+    patches = 3 * ground.displayed_parts + ground.displayed_objects
+    return Forecast(
+        cells=sum(each.cells for each in fields),
+        objects=sum(each.objects for each in fields),
+        parts=sum(each.parts for each in fields),
+        sticks=sum(each.sticks for each in fields),
+        triangles=2.0 * QUADS**2 * patches + sum(each.triangles for each in fields),
+        ground=ground,
+    )
+
+
+_BASE = 336e6
+_STICK, _STICK_IN_ONE, _TRIANGLE, _PIXEL = 277.0, 210.0, 204.0, 176.0
+_SAMPLE_JIT, _SAMPLE_SCALAR = 187.0, 355.0
+_BASE_SPECTRAL, _PIXEL_SPECTRAL, _SAMPLE_SPECTRAL = 232e6, 705.0, 440.0
+_MOVED_STICK, _DENOISED_PIXEL, _MATTED_PIXEL = 126.0, 500.0, 90.0
+_BASE_PRUNED = 380e6
+_PRUNED_PART, _OBJECT, _CELL, _MESHED_TRIANGLE = 60.0, 120.0, 24.0, 230.0
+
+
+@dataclass(frozen=True)
+class ExtraBuffers:
+    """What is asked of a frame beside a plain picture; each needs memory of its own."""
+
+    motion: bool = False
+    denoised: bool = False
+    shutter: bool = False
+
+
+def predict_bytes(
+    sticks: int,
+    triangles: int,
+    size: tuple[int, int],
+    quality: Quality,
+    extra: ExtraBuffers = ExtraBuffers(),
+) -> int:
+    """Predict the bytes that a process holds at most for such a frame, within some 20 %.
+
+    ``size`` is width and height in pixels; of the quality samples, window and variant count.
+    """
+    pixels, spectral, jit = size[0] * size[1], quality.is_spectral, quality.is_jit
+    sample = _SAMPLE_JIT + _SAMPLE_SPECTRAL * spectral if jit else _SAMPLE_SCALAR
+    pixel = _PIXEL + _PIXEL_SPECTRAL * spectral + _DENOISED_PIXEL * extra.denoised
+    pixel += _MATTED_PIXEL * quality.coverage
+    in_one = jit and not spectral and not extra.shutter
+    stick = _STICK_IN_ONE if in_one else _STICK * (2 if extra.shutter else 1)
+    stick += _MOVED_STICK * extra.motion
+    scene = _BASE + _BASE_SPECTRAL * spectral + stick * sticks + _TRIANGLE * triangles
+    at_once = min(pixels * quality.spp, quality.most_samples)
+    kept = math.prod(quality.window_of(size).size)
+    return round(scene + pixel * kept + sample * at_once)
+
+
+def predicted_bytes(frame_input: FrameInput) -> int:
+    """Predict the bytes that a frame will need, from its input."""
+    camera = frame_input.camera
+    after, subframes = frame_input.after, frame_input.subframes
+    extra = ExtraBuffers(after is not None, frame_input.denoise, bool(subframes))
+    size = camera.width, camera.height
+    return predict_bytes(*count_shapes(frame_input), size, frame_input.quality, extra)
+
+
+def count_shapes(frame_input: FrameInput) -> tuple[int, int]:
+    """Count the sticks and triangles of a frame."""
+    shapes = [shape for each in frame_input.displayed for shape in batches_of(each.shape)]
+    sticks = sum(len(shape) for shape in shapes if isinstance(shape, Sticks))
+    return sticks, sum(len(shape) for shape in shapes if isinstance(shape, Triangles))
+
+
+def forecast_bytes(found: Forecast) -> int:
+    """Predict the bytes that a process holds at most while it prunes such a view."""
+    columns = _OBJECT * found.objects + _CELL * found.cells + _MESHED_TRIANGLE * found.triangles
+    return parts_bytes(found.parts) + round(columns)
+
+
+def parts_bytes(parts: float) -> int:
+    """Predict the bytes that a process holds which has pruned a view down to so many parts."""
+    return round(_BASE_PRUNED + _PRUNED_PART * parts)
+
+
+def frame_bytes(found: Forecast, preset: Preset, variant: str | None) -> int:
+    """Predict the bytes that a process holds at most for a frame of which so much is estimated."""
+    if variant is None:
+        return forecast_bytes(found)
+    extra = ExtraBuffers(preset.output.motion, preset.output.denoise, preset.view.shutter > 0)
+    shapes, quality = (round(found.sticks), round(found.triangles)), frame_quality(preset, variant)
+    drawn = predict_bytes(*shapes, preset.render.size, quality, extra)
+    return max(forecast_bytes(found), drawn)

@@ -1,1 +1,0 @@
-"""This package builds Mitsuba's objects from a scene description."""

@@ -1,0 +1,347 @@
+"""How scene light becomes a picture for people: exposure, a named tone curve, and sRGB.
+
+The encoding is colour-science's. Pictures are for looking at; measure the EXR.
+
+What previews show of a frame: its light, or the detail level of what each pixel meets.
+
+Colours of levels run from dark to light through viridis (Smith & van der Walt 2015), which the
+colour-blind read too, and are shaded a little by the normal, for the shape to show. Every level is
+that of one sample of the pixel. The legend below names those that are in the picture.
+
+PNG pictures of frames: one frame, or a sheet of a sequence with its frame numbers.
+
+A sequence as an mp4, where ffmpeg is there: that of imageio-ffmpeg, or one on the PATH.
+
+A denoised picture beside the raw one: for looking at, never to be measured.
+
+Open Image Denoise by way of ``mitsuba-oidn`` (the extra ``denoise``), guided by albedo and normals.
+It wants samples that a pixel shares with no other, as the box filter has them. The only file that
+imports it.
+"""
+
+import contextlib
+import errno
+import itertools
+import math
+import re
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from importlib import import_module
+from pathlib import Path
+
+import numpy as np
+from PIL import Image, ImageDraw, ImageFont
+from PIL.PngImagePlugin import PngInfo
+
+from lod.errors import InputError
+from scenes.files import whole_file
+from scenes.frame.layers import Layers
+from scenes.render.exr.header import software
+
+KEY = 0.18
+"""Where the exposure puts the log-average luminance (Reinhard et al. 2002, equations 1 and 2)."""
+
+_DARKEST = 1e-4
+
+
+def _filmic(x: np.ndarray) -> np.ndarray:
+    return x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14)
+
+
+def _reinhard(x: np.ndarray) -> np.ndarray:
+    return x * (1 + x / _WHITE**2) / (1 + x)
+
+
+_WHITE = 4.0
+"""Exposed light that ``reinhard`` makes white."""
+
+TONE_CURVES: dict[str, Callable[[np.ndarray], np.ndarray]] = {
+    "filmic": _filmic,
+    "reinhard": _reinhard,
+    "linear": lambda x: x,
+}
+"""From exposed light to display light, on each channel, before it is cut off at 1: Narkowicz's fit
+to the ACES filmic curve ("ACES Filmic Tone Mapping Curve", 2015); Reinhard et al. 2002, equation 4;
+none."""
+
+
+VIEWS = ("colour", "level")
+"""The light of a frame, or the detail level of what is met."""
+
+
+@dataclass(frozen=True)
+class PictureStyle:
+    """How pictures for people are made.
+
+    A tone curve by name, stops above the exposure that fits, and what they show, one of VIEWS.
+    """
+
+    tone: str = "filmic"
+    stops: float = 0.0
+    view: str = "colour"
+
+    def __post_init__(self) -> None:
+        if self.view not in VIEWS:
+            raise InputError("--view", self.view, f"one of {', '.join(VIEWS)}", "try colour")
+        if self.tone not in TONE_CURVES:
+            raise InputError("--tone", self.tone, f"one of {', '.join(TONE_CURVES)}", "try filmic")
+        if not -20 <= self.stops <= 20:
+            raise InputError("--exposure", self.stops, "from -20 to 20 stops", "try 0")
+
+    def exposure_of(self, rgb: np.ndarray) -> float:
+        """Exposure factor for a picture, and for all that shall look alike."""
+        return auto_exposure(rgb) * 2.0**self.stops
+
+
+DEFAULT_STYLE = PictureStyle()
+
+
+def to_srgb_8bit(rgb: np.ndarray, exposure: float, tone: str = DEFAULT_STYLE.tone) -> np.ndarray:
+    """Tone-map linear Rec.709 times ``exposure`` to 8-bit sRGB, (h, w, 3)."""
+    return np.rint(to_srgb(rgb, exposure, tone) * 255).astype(np.uint8)
+
+
+def to_srgb(rgb: np.ndarray, exposure: float, tone: str = DEFAULT_STYLE.tone) -> np.ndarray:
+    """Tone-map linear Rec.709 times ``exposure`` to sRGB from 0 to 1, not rounded, (h, w, 3)."""
+    if not (math.isfinite(exposure) and exposure > 0):
+        raise InputError("exposure", exposure, "a factor above 0", "try 1")
+    from colour.models import eotf_inverse_sRGB
+
+    x = np.maximum(rgb.astype(np.float64), 0.0) * exposure
+    return np.asarray(eotf_inverse_sRGB(np.clip(TONE_CURVES[tone](x), 0.0, 1.0)))
+
+
+def auto_exposure(rgb: np.ndarray) -> float:
+    """Factor that brings a picture's log-average luminance to KEY; 1 for a black picture."""
+    from colour import RGB_COLOURSPACES
+
+    luminance = rgb.astype(np.float64) @ RGB_COLOURSPACES["sRGB"].matrix_RGB_to_XYZ[1]
+    lit = luminance[luminance > _DARKEST]
+    return KEY / math.exp(float(np.log(lit).mean())) if len(lit) else 1.0
+
+
+LEVELS = 13
+"""Levels that have a colour of their own; finer ones have that of the last."""
+
+SKY = (214, 218, 222)
+"""Where nothing is met."""
+
+_VIRIDIS = np.array(
+    ((68, 1, 84), (59, 82, 139), (33, 145, 140), (94, 201, 98), (253, 231, 37)), np.float64
+)
+_FROM = np.array((-0.4, -0.6, 0.7))
+_DARKEST_level_view = 0.7
+_PAPER, _INK = (24, 24, 26), (220, 220, 220)
+
+
+def level_colours() -> np.ndarray:
+    """8-bit sRGB of each level, coarse to fine, (LEVELS, 3)."""
+    at, anchors = np.linspace(0, len(_VIRIDIS) - 1, LEVELS), np.arange(len(_VIRIDIS))
+    return np.stack([np.interp(at, anchors, column) for column in _VIRIDIS.T], axis=1)
+
+
+def preview_pixels(layers: Layers, look: PictureStyle, exposure: float) -> np.ndarray:
+    """Make a frame's pixels for a preview in a style, 8-bit sRGB, (h, w, 3)."""
+    return (
+        level_pixels(layers)
+        if look.view == "level"
+        else to_srgb_8bit(layers.rgb, exposure, look.tone)
+    )
+
+
+def level_pixels(layers: Layers) -> np.ndarray:
+    """Colour a frame by level, with a legend in its lowest rows, 8-bit sRGB, (h, w, 3)."""
+    colours = level_colours()[np.minimum(layers.level.astype(np.int64), LEVELS - 1)]
+    facing = np.clip(layers.N @ (_FROM / np.linalg.norm(_FROM)), 0.0, 1.0)
+    shaded = colours * (_DARKEST_level_view + (1 - _DARKEST_level_view) * facing)[..., None]
+    met = layers.object > 0
+    picture = np.where(met[..., None], np.rint(shaded), SKY).astype(np.uint8)
+    return _with_legend(picture, int(layers.level[met].max(initial=0)))
+
+
+def _with_legend(picture: np.ndarray, deepest: int) -> np.ndarray:
+    """Squares with the numbers of the levels, coarse to fine, over the lowest rows."""
+    height, width = picture.shape[:2]
+    size = max(8, height // 24)
+    if width < (LEVELS + 3) * 5 * size / 2:
+        return picture
+    image = Image.fromarray(picture)
+    draw, font = ImageDraw.Draw(image), ImageFont.load_default(size)
+    top = height - size - 4
+    draw.rectangle((0, top - 2, width, height), _PAPER)
+    draw.text((4, top - 1), "level", _INK, font)
+    for level, colour in enumerate(level_colours().astype(int).tolist()):
+        if level > deepest:
+            break
+        left = 4 + round((5 * level / 2 + 3) * size)
+        draw.rectangle((left, top, left + size - 2, top + size - 2), tuple(colour))
+        more = "+" if level == LEVELS - 1 < deepest else ""
+        draw.text((left + size + 1, top - 1), f"{level}{more}", _INK, font)
+    return np.asarray(image)
+
+
+_GAP, _PAPER_contact_sheet, _INK_contact_sheet = 6, (24, 24, 26), (220, 220, 220)
+
+
+def preview(path: str | Path, out_png: str | Path, look: PictureStyle = DEFAULT_STYLE) -> Path:
+    """Write one frame as a PNG, exposed for itself."""
+    from scenes.render.exr.layers import read_exr
+
+    layers = read_exr(path)[0]
+    picture = preview_pixels(layers, look, look.exposure_of(layers.rgb))
+    return save_picture(Image.fromarray(picture), out_png)
+
+
+def write_contact_sheet(
+    paths: Sequence[str | Path],
+    out_png: str | Path,
+    columns: int | None = None,
+    width: int = 320,
+    look: PictureStyle = DEFAULT_STYLE,
+) -> Path:
+    """Write frames side by side, ``width`` pixels each; all are exposed for the first."""
+    if not paths:
+        raise InputError("contact sheet", [], "at least one frame")
+    if width < 16:
+        raise InputError("contact sheet width", width, "at least 16 pixels a frame")
+    from scenes.render.exr.layers import read_exr
+
+    tiles, exposure = [], 0.0
+    for path in paths:
+        layers = read_exr(path)[0]
+        exposure = exposure or look.exposure_of(layers.rgb)
+        height = max(1, round(width * layers.rgb.shape[0] / layers.rgb.shape[1]))
+        picture = Image.fromarray(preview_pixels(layers, look, exposure))
+        tiles.append(picture.resize((width, height), Image.Resampling.LANCZOS))
+    labels = [frame_label(path) for path in paths]
+    return save_sheet(tiles, labels, columns or default_columns(len(tiles)), out_png)
+
+
+def save_sheet(
+    tiles: Sequence[Image.Image], labels: Sequence[str], columns: int, out_png: str | Path
+) -> Path:
+    """Write pictures row by row as one PNG, each with its label below."""
+    return save_picture(_sheet(tiles, labels, columns), out_png)
+
+
+def default_columns(count: int) -> int:
+    """About as many columns as rows, and few gaps in the last row."""
+    widest = math.ceil(math.sqrt(count))
+    return min(range(widest, min(count, widest + 2) + 1), key=lambda columns: -count % columns)
+
+
+def frame_label(path: str | Path) -> str:
+    """The frame's number as the file name has it; the whole name where it has none."""
+    numbers = re.findall(r"\d+", Path(path).stem)
+    return numbers[-1] if numbers else Path(path).stem
+
+
+def _sheet(tiles: Sequence[Image.Image], labels: Sequence[str], columns: int) -> Image.Image:
+    size = max(11, tiles[0].width // 22)
+    font = ImageFont.load_default(size)
+    across = tiles[0].width + _GAP
+    down = max(tile.height for tile in tiles) + size + 2 * _GAP
+    rows = math.ceil(len(tiles) / columns)
+    sheet = Image.new("RGB", (columns * across + _GAP, rows * down + _GAP), _PAPER_contact_sheet)
+    draw = ImageDraw.Draw(sheet)
+    for number, (tile, label) in enumerate(zip(tiles, labels, strict=True)):
+        left = _GAP + number % columns * across
+        top = _GAP + number // columns * down
+        sheet.paste(tile, (left, top))
+        draw.text((left + 1, top + tile.height + 2), label, _INK_contact_sheet, font)
+    return sheet
+
+
+def save_picture(picture: Image.Image, path: str | Path, optimize: bool = False) -> Path:
+    """Write a PNG that says who made it; in fewer bytes and more time where ``optimize``."""
+    about = PngInfo()
+    about.add_text("Software", software())
+    with whole_file(path, overwrite=True) as temporary:
+        picture.save(temporary, "PNG", pnginfo=about, optimize=optimize)
+    return Path(path)
+
+
+def write_movie(
+    paths: Sequence[str | Path], out_mp4: str | Path, fps: float, look: PictureStyle = DEFAULT_STYLE
+) -> Path | None:
+    """Write frames as H.264, all exposed for the first; None where there is no ffmpeg.
+
+    The file is whole or not there at all. Raises OSError with ffmpeg's last words where it fails.
+    """
+    ffmpeg = ffmpeg_path()
+    if ffmpeg is None:
+        return None
+    if not paths:
+        raise InputError("movie", [], "at least one frame")
+    pictures = _pictures(paths, look)
+    first = next(pictures)
+    path = Path(out_mp4)
+    arguments = _arguments(first.shape[1], first.shape[0], fps)
+    with whole_file(path, overwrite=True) as temporary:
+        _feed([ffmpeg, *arguments, str(temporary)], itertools.chain([first], pictures))
+    return path
+
+
+def ffmpeg_path() -> str | None:
+    """The ffmpeg that the extra ``preview`` brings, else that on the PATH; None without either."""
+    try:
+        import imageio_ffmpeg
+
+        return str(imageio_ffmpeg.get_ffmpeg_exe())
+    except (ImportError, RuntimeError):  # not installed, or without a binary for this machine
+        return shutil.which("ffmpeg")
+
+
+def _pictures(paths: Sequence[str | Path], look: PictureStyle) -> Iterator[np.ndarray]:
+    """8-bit sRGB pictures with even sides, as H.264 wants them."""
+    from scenes.render.exr.layers import read_exr
+
+    exposure = None
+    for path in paths:
+        layers = read_exr(path)[0]
+        exposure = exposure or look.exposure_of(layers.rgb)
+        height, width = layers.rgb.shape[:2]
+        even = ((0, height % 2), (0, width % 2), (0, 0))
+        yield np.pad(preview_pixels(layers, look, exposure), even, mode="edge")
+
+
+def _arguments(width: int, height: int, fps: float) -> list[str]:
+    source = f"-f rawvideo -pix_fmt rgb24 -s {width}x{height} -r {fps:g} -i -"
+    coded = "-c:v libx264 -pix_fmt yuv420p -movflags +faststart -f mp4"
+    about = "-metadata comment=lodbench"
+    return f"-hide_banner -loglevel error -y {source} {about} {coded}".split()
+
+
+def _feed(command: list[str], pictures: Iterable[np.ndarray]) -> None:
+    """Picture by picture, so that a long sequence needs no more memory than a short one."""
+    with tempfile.TemporaryFile() as words:
+        process = subprocess.Popen(command, stdin=subprocess.PIPE, stderr=words)
+        with contextlib.suppress(BrokenPipeError), process:
+            for picture in pictures:
+                process.stdin.write(picture.tobytes())  # type: ignore[union-attr]
+        words.seek(0)
+        said = words.read().decode(errors="replace").strip().splitlines()
+    if process.returncode:
+        raise OSError(errno.EIO, f"ffmpeg: {said[-1] if said else process.returncode}")
+
+
+def check_denoiser() -> None:
+    """Raise InputError where there is no denoiser, before anything is rendered for it."""
+    try:
+        import_module("mitsuba_oidn")
+    except ImportError:
+        rule, cure = "needs mitsuba-oidn", "pip install 'lodbench[denoise]'"
+        raise InputError("output.denoise", True, rule, cure) from None
+
+
+def denoise_layers(layers: Layers) -> Layers:
+    """Add a denoised picture, never negative, to the layers of a frame."""
+    import mitsuba_oidn
+
+    picture = mitsuba_oidn.denoise(
+        np.array(layers.rgb), albedo=np.array(layers.albedo), normal=np.array(layers.N), hdr=True
+    )
+    return replace(layers, denoised=np.maximum(np.array(picture), 0.0))

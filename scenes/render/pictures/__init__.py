@@ -1,1 +1,0 @@
-"""This package makes pictures and films for people to look at."""

@@ -1,1 +1,0 @@
-"""This package renders one frame, from its input to its layers."""

@@ -1,1 +1,0 @@
-"""This package renders sequences of frames, on this machine or on a cluster."""

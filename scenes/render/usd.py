@@ -1,0 +1,137 @@
+"""A frame's cut as USD, for other programs: what is displayed, and where the camera stands.
+
+Sticks become linear curves with a width at every point, terrain a mesh, both with displayColor in
+linear Rec.709; metres, z up, the origin at the frame's grid corner. Light, haze and materials are
+not USD's here: the haze is noted in the layer's metadata. The extra ``usd`` brings pxr.
+"""
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lod.errors import InputError
+from scenes.files import check_free, check_name, whole_file
+from scenes.frame.frame_input import FrameInput
+from scenes.render.description import Description, describe_frame
+from scenes.render.exr.header import camera_from_world, software
+
+SUFFIXES = (".usda", ".usdc", ".usd")
+_APERTURE_MM = 36.0
+
+
+def check_usd(path: str | Path, overwrite: bool = False) -> None:
+    """Raise InputError where USD is not installed, or the file's name is none of its, or taken."""
+    if Path(path).suffix not in SUFFIXES:
+        rule = f"a file that ends in {', '.join(SUFFIXES)}"
+        raise InputError("-o", str(path), rule, "write NAME.usda")
+    check_name(path)
+    try:
+        import pxr  # noqa: F401
+    except ImportError:
+        rule, cure = "needs usd-core", "pip install 'lodbench[usd]'"
+        raise InputError("-o", str(path), rule, cure) from None
+    check_free(path, overwrite)
+
+
+def write_usd(
+    path: str | Path, frame_input: FrameInput, notes: dict[str, str], overwrite: bool = False
+) -> dict[str, int]:
+    """Write a frame's cut under its name or not at all; gives how many prims of each kind.
+
+    Curves have one colour each, so the input's variant must be scalar (its sticks are by tint).
+
+    notes: more to say in the layer's metadata. Raises InputError for a file that is there already,
+    unless ``overwrite``, and OSError where the disk refuses.
+    """
+    from pxr import Usd, UsdGeom
+
+    stage = Usd.Stage.CreateInMemory()
+    UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.z)
+    UsdGeom.SetStageMetersPerUnit(stage, 1.0)
+    root = UsdGeom.Xform.Define(stage, "/frame")
+    stage.SetDefaultPrim(root.GetPrim())
+    corner = frame_input.camera.corner
+    about = {"software": software(), "lod:corner": f"{corner.x},{corner.y}", **notes}
+    stage.GetRootLayer().customLayerData = about
+    _camera(stage, frame_input)
+    counts = {"curves": 0, "sticks": 0, "meshes": 0, "triangles": 0, "cameras": 1}
+    for name, shape in describe_frame(frame_input)["shapes"].items():
+        if shape["type"] == "mesh":
+            _mesh(stage, f"/frame/{name}", shape)
+            counts["meshes"] += 1
+            counts["triangles"] += len(shape["faces"])
+        elif len(shape["segment_indices"]):
+            _curves(stage, f"/frame/{name}", shape)
+            counts["curves"] += 1
+            counts["sticks"] += len(shape["segment_indices"])
+    with whole_file(path, overwrite) as temporary:
+        temporary.touch()  # the system's own error, where it cannot be
+        stage.Export(str(temporary))
+    return counts
+
+
+def _camera(stage: Any, frame_input: FrameInput) -> None:
+    """Apertures and focal length that give the field of view; looks along −z, as USD does."""
+    from pxr import Gf, UsdGeom
+
+    camera, prim = frame_input.camera, UsdGeom.Camera.Define(stage, "/frame/camera")
+    prim.CreateHorizontalApertureAttr(_APERTURE_MM)
+    prim.CreateVerticalApertureAttr(_APERTURE_MM * camera.height / camera.width)
+    focal_mm = _APERTURE_MM / (2 * math.tan(camera.fov_x / 2))
+    prim.CreateFocalLengthAttr(focal_mm)
+    if camera.lens:
+        # Of the same angles on this sensor: the opening, not the number, is what counts.
+        prim.CreateFStopAttr(focal_mm / 1000 / camera.lens.diameter_m)
+        prim.CreateFocusDistanceAttr(camera.lens.focus_m)
+    prim.CreateClippingRangeAttr(Gf.Vec2f(0.05, 1e7))
+    world_from_camera = np.linalg.inv(camera_from_world(camera))
+    prim.AddTransformOp().Set(Gf.Matrix4d(world_from_camera.T.tolist()))
+
+
+def _curves(stage: Any, path: str, shape: Description) -> None:
+    """One linear curve for each chain of sticks."""
+    from pxr import UsdGeom, Vt
+
+    first, points = shape["segment_indices"].astype(np.int64), shape["control_points"]
+    begins = np.flatnonzero(np.diff(first, prepend=-2) != 1)
+    counts = np.diff(begins, append=len(first)) + 1
+    prim = UsdGeom.BasisCurves.Define(stage, path)
+    prim.CreateTypeAttr(UsdGeom.Tokens.linear)
+    prim.CreateCurveVertexCountsAttr(Vt.IntArray.FromNumpy(counts.astype(np.int32)))
+    _points(prim, points[:, :3], float(points[:, 3].max(initial=0.0)))
+    prim.CreateWidthsAttr(Vt.FloatArray.FromNumpy(np.ascontiguousarray(2 * points[:, 3])))
+    prim.SetWidthsInterpolation(UsdGeom.Tokens.vertex)
+    _colour(prim, shape["albedo"][None], UsdGeom.Tokens.constant)
+
+
+def _mesh(stage: Any, path: str, shape: Description) -> None:
+    from pxr import UsdGeom, Vt
+
+    prim = UsdGeom.Mesh.Define(stage, path)
+    faces = shape["faces"].astype(np.int32)
+    prim.CreateFaceVertexCountsAttr(Vt.IntArray.FromNumpy(np.full(len(faces), 3, np.int32)))
+    prim.CreateFaceVertexIndicesAttr(Vt.IntArray.FromNumpy(faces.reshape(-1)))
+    prim.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
+    prim.CreateDoubleSidedAttr(True)
+    _points(prim, shape["vertices"], 0.0)
+    prim.CreateNormalsAttr(Vt.Vec3fArray.FromNumpy(shape["normals"]))
+    prim.SetNormalsInterpolation(UsdGeom.Tokens.vertex)
+    _colour(prim, shape["colours"], UsdGeom.Tokens.vertex)
+
+
+def _points(prim: Any, points: np.ndarray, margin: float) -> None:
+    from pxr import Vt
+
+    points = np.ascontiguousarray(points, np.float32)
+    extent = np.stack((points.min(axis=0) - margin, points.max(axis=0) + margin))
+    prim.CreatePointsAttr(Vt.Vec3fArray.FromNumpy(points))
+    prim.CreateExtentAttr(Vt.Vec3fArray.FromNumpy(extent.astype(np.float32)))
+
+
+def _colour(prim: Any, colours: np.ndarray, interpolation: str) -> None:
+    from pxr import Vt
+
+    made = prim.CreateDisplayColorPrimvar(interpolation)
+    made.Set(Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(colours, np.float32)))

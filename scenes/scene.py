@@ -1,0 +1,368 @@
+"""A preset and its world, bound: the views of its frames, what is displayed, and the pictures.
+
+Everything that looks at a preset goes through a Scene: commands, experiments, the renderer's
+sessions and the tests.
+"""
+
+import math
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
+from functools import cache, partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lod.air import Air, least_extinction
+from lod.camera import GRID_M, Camera, Corner
+from lod.errors import InputError
+from lod.eye import Display, Eye
+from lod.motion import ShutterInterval, eye_relative_to, integration_time_s, subframe_offsets
+from lod.pruner import Cut, prune
+from lod.shapes import Sticks
+from lod.update_schedule import (
+    DrawnState,
+    TruePose,
+    refresh_due,
+    replay,
+    replay_frames,
+    threshold_rule,
+)
+from lod.view import View
+from lod.viewing import Defocus, ViewingConditions, blur_widths
+from scenes.actors.performance import Performance
+from scenes.frame.frame_input import DisplayedRepresentation, FrameInput, Quality, Window, display
+from scenes.ground.far_cover import turbid_canopy
+from scenes.models.catalogue import PROTOTYPE_SEED
+from scenes.plugins import metric_by_name
+from scenes.presets.load import load_preset
+from scenes.presets.schema import Preset
+from scenes.processes.progress import steps, work
+from scenes.world.camera_path import camera_at, path_pose, placed_camera
+from scenes.world.light import Light, preset_air, sun_and_sky
+from scenes.world.world import World, build_world
+
+if TYPE_CHECKING:
+    from scenes.frame.layers import Layers
+
+_ARCSECOND = math.radians(1 / 3600)
+
+
+class Scene:
+    """A checked preset and its world, which is built when it is first asked for.
+
+    preset          or the name or path of one
+    performance     gives what its actors do, where that is known already
+    prototype_seed  every seed gives other individuals of the species; frames are made with the
+                    default, so that only experiments meet others
+
+    Frames are numbered from 1. Raises InputError for a preset that cannot be.
+    """
+
+    def __init__(
+        self,
+        preset: Preset | str,
+        performance: Callable[[], Performance] | None = None,
+        prototype_seed: int = PROTOTYPE_SEED,
+    ) -> None:
+        self.preset = load_preset(preset) if isinstance(preset, str) else preset
+        self._build = cache(partial(build_world, self.preset, performance, prototype_seed))
+
+    @property
+    def world(self) -> World:
+        """Return the world, of which no part exists before a view asks for it."""
+        return self._build()
+
+    def with_preset(self, preset: Preset) -> "Scene":
+        """Return the same world under another preset: another camera, air, detail or quality."""
+        other = Scene(preset)
+        other._build = self._build
+        return other
+
+    def with_world(self, world: World) -> "Scene":
+        """Return the same preset with another world."""
+        other = Scene(self.preset)
+        other._build = cache(lambda: world)
+        return other
+
+    @property
+    def air(self) -> Air:
+        """Return the air that frames are rendered in, and that the same frames are pruned by."""
+        return preset_air(self.preset)
+
+    @property
+    def light(self) -> Light:
+        """Return the sun and sky, with a canopy over the air where haze is scattered light."""
+        light = sun_and_sky(self.preset)
+        if self.preset.render.haze != "scattered":
+            return light
+        return replace(light, canopy=turbid_canopy(tuple(f.species for f in self.world.fields)))
+
+    def time_s(self, frame: float) -> float:
+        """Compute when a frame begins [s]: frame 1 at 0."""
+        return (frame - 1) / self.preset.camera.fps
+
+    def camera(self, frame: float, corner: Corner | None = None) -> Camera:
+        """Return the camera of a frame or between two: where messages put it, or on its path.
+
+        corner  in whose coordinates; None = the one that is near the camera
+        """
+        preset, world = self.preset, self.world
+        size = preset.render.size
+        acted = world.cast.performance.between(frame).eye if world.cast else None
+        if acted is None:
+            camera = camera_at(preset.camera, size, frame, world.terrain)
+        else:
+            on_path = path_pose(preset.camera, frame, world.terrain)
+            x, y = (at - GRID_M * n for at, n in zip(acted[:2], preset.camera.cell, strict=True))
+            height, heading, pitch = acted[2:]
+            stand = replace(on_path, x=x, y=y, height=height, heading=heading, pitch=pitch)
+            camera = placed_camera(preset.camera, stand, size, world.terrain)
+        if corner is None:
+            return camera
+        return replace(camera, corner=corner, eye=eye_relative_to(corner, camera))
+
+    def view(self, frame: int) -> View:
+        """Make the view of a frame: all that decides what of the world is displayed."""
+        settings, azimuth = self.preset.view, math.radians(self.preset.light.sun_azimuth)
+        camera = self.camera(frame)
+        return View(
+            camera=camera,
+            metric=metric_by_name(settings.metric),
+            detail=settings.detail,
+            offscreen_detail=settings.offscreen_detail,
+            look_around=settings.look_around or camera.panorama,
+            fade=settings.fade,
+            time_s=self.time_s(frame),
+            conditions=self._viewing_conditions(camera),
+            shutter=self._shutter_interval(frame),
+            sun=(math.sin(azimuth), math.cos(azimuth)),
+        )
+
+    def _viewing_conditions(self, camera: Camera) -> ViewingConditions | None:
+        """Collect what limits sight beyond the pixel; None where nothing does.
+
+        β is the least of any path, for neither the eye nor anything it sees is above the highest of
+        both. A table [display] or [eye] says that somebody will look.
+        """
+        preset, air = self.preset, self.air
+        hazy = preset.view.haze_aware and air != Air()
+        watched = preset.display is not None or preset.eye is not None
+        if not (hazy or watched or preset.air.seeing or camera.lens):
+            return None
+        display = Display(**preset.display.model_dump()) if preset.display else Display()
+        eye = Eye(**preset.eye.model_dump()) if preset.eye else Eye()
+        seeing = preset.air.seeing * _ARCSECOND
+        widths = blur_widths(camera.pixel_angle, display, eye if watched else None, seeing)
+        highest_m = max(self.world.top_m, float(camera.eye[2]))
+        beta = least_extinction(air, highest_m) if hazy else 0.0
+        defocus = Defocus(camera.lens, camera.corner_secant) if camera.lens else None
+        return ViewingConditions(widths, beta, display, eye, acuity=watched, defocus=defocus)
+
+    def _shutter_interval(self, frame: int) -> ShutterInterval | None:
+        """Find the interval over which motion blurs a frame, half before its time and half after.
+
+        The shutter is open so long, or an eye behind it integrates; None where motion hides
+        nothing.
+        """
+        view, fps = self.preset.view, self.preset.camera.fps
+        open_s = view.shutter / 360 / fps
+        if view.smear == "window":
+            open_s = integration_time_s(open_s)
+        half = open_s * fps / 2
+        if half == 0 or view.smear == "off":
+            return None
+
+        @cache
+        def at(later: int) -> ShutterInterval:
+            ends = frame + later - half, frame + later + half
+            opens, closes = (self.camera(end) for end in ends)
+            opens_s, closes_s = (self.time_s(end) for end in ends)
+            return ShutterInterval(opens, closes, opens_s, closes_s)
+
+        return replace(at(0), neighbour=at)
+
+    def cut(self, frame: int) -> tuple[Cut, ...]:
+        """Prune every representation of the world for a frame, the ground first."""
+        view = self.view(frame)
+        return tuple(prune(each, view) for each in self.world.representations)
+
+    def input(self, frame: int, variant: str | None = None) -> FrameInput:
+        """Prune every representation for a frame, and make the shapes of the parts displayed.
+
+        variant  a Mitsuba variant that works here; None = the one that the preset asks for
+        """
+        if variant is None:
+            from scenes.render.variants import choose
+
+            variant = choose(self.preset.render.variant, self.preset.render.spectral)
+        view, displayed = self.view(frame), []
+        after = self.view(frame + 1) if self.preset.output.motion else None
+        seconds = {"prune": 0.0, "appearance": 0.0}
+        with work("fitting brightness", len(self.world.representations)):
+            for each in self.world.representations:
+                start = time.perf_counter()
+                cut = prune(each, view)
+                pruned = time.perf_counter()
+                with steps(1):
+                    one = self.scheduled(frame, display(each, cut, view))
+                displayed.append(one.at(view.time_s, after.time_s) if after else one)
+                seconds["prune"] += pruned - start
+                seconds["appearance"] += time.perf_counter() - pruned
+        frame_input = FrameInput(
+            camera=view.camera,
+            displayed=tuple(displayed),
+            air=self.air,
+            light=self.light,
+            quality=frame_quality(self.preset, variant),
+            after=after.camera if after else None,
+            denoise=self.preset.output.denoise,
+            seconds=seconds,
+            counts=update_counts([each.drawn for each in displayed if each.drawn]),
+        )
+        if inputs := self._subframes(frame, frame_input):
+            return replace(frame_input, subframes=inputs)
+        at_rest = tuple(replace(each, posing=None) for each in displayed)  # which holds memory
+        return replace(frame_input, displayed=at_rest)
+
+    def _subframes(
+        self, frame: int, frame_input: FrameInput
+    ) -> tuple[Callable[[], FrameInput], ...]:
+        """Make the inputs of the sub-frames, all of one cut; there are none where all is still.
+
+        There are as many as ``render.subframes`` says, or as there are samples a pixel if those are
+        fewer. Where only the camera moves they all hold the same tuple of what is displayed.
+        """
+        preset, here, displayed = self.preset, frame_input.camera, frame_input.displayed
+        count = min(preset.render.subframes, preset.render.spp)
+        frames = (frame + preset.view.shutter / 360 * subframe_offsets(count)).tolist()
+        cameras = [self.camera(at, here.corner) for at in frames]
+        moves = any(each.moves(self.time_s(at)) for at in frames for each in displayed)
+        if not moves and all(_same_place(here, each) for each in cameras):
+            return ()
+
+        def at_one(number: int) -> FrameInput:
+            at, now, after = frames[number], displayed, None
+            later = self.time_s(at + 1) if preset.output.motion else None
+            if later is not None:
+                after = self.camera(at + 1, here.corner)
+            if moves or later is not None:
+                now = tuple(each.at(self.time_s(at), later) for each in displayed)
+            return replace(frame_input, camera=cameras[number], displayed=now, after=after)
+
+        return tuple(partial(at_one, number) for number in range(count))
+
+    def scheduled(self, frame: int, displayed: DisplayedRepresentation) -> DisplayedRepresentation:
+        """Leave sticks as they were drawn earlier, where they moved less than the threshold."""
+        threshold = self.preset.view.update_threshold
+        if threshold == 0 or not is_scheduled(displayed, self.time_s(frame + 1)):
+            return displayed
+        poses = self.poses(replay_frames(frame), displayed)
+        (drawn,) = replay(poses, [threshold_rule(threshold)])
+        return displayed.with_drawn(drawn)
+
+    def poses(
+        self, frames: Iterable[int], displayed: DisplayedRepresentation
+    ) -> Iterator[TruePose]:
+        """Compute where its sticks truly are in each frame; nothing of what has no sticks."""
+        if displayed.posing is None:
+            return
+        posing, view = displayed.posing, displayed.posing.view
+        for frame in frames:
+            shape = posing.shape_at(self.time_s(frame))
+            due = refresh_due(posing.parts.part, frame)
+            eye = self.camera(frame, view.camera.corner).eye
+            if isinstance(shape, Sticks):
+                yield TruePose(shape.start, shape.end, shape.owner, due, eye, view.theta)
+
+    def render(self, frame: int, variant: str | None = None) -> "Layers":
+        """Render a frame in this process, into arrays."""
+        from scenes.render.render import render_frame
+
+        return render_frame(self.input(frame, variant), frame)
+
+
+def is_scheduled(displayed: DisplayedRepresentation, later_s: float) -> bool:
+    """Tell whether it has sticks of something that moves, which may stay as they were drawn."""
+    return displayed.moves(later_s) and isinstance(displayed.shape, Sticks)
+
+
+def update_counts(drawn: Sequence[DrawnState]) -> dict[str, int]:
+    """Count the parts that could move and those drawn anew; nothing where there is no schedule.
+
+    ``farthest_off_mpx`` is the largest error of those that stay as they were drawn [px/1000].
+    """
+    if not drawn:
+        return {}
+    return {
+        "parts_scheduled": sum(len(each.updated) for each in drawn),
+        "parts_redrawn": sum(int(each.updated.sum()) for each in drawn),
+        "farthest_off_mpx": max(
+            round(1000 * float(each.error_px.max(initial=0))) for each in drawn
+        ),
+    }
+
+
+def frame_quality(preset: Preset, variant: str) -> Quality:
+    """Return how frames of a preset are sampled, in a variant that works here.
+
+    Raises InputError for a panorama in a scalar variant, which has no such camera.
+    """
+    render = preset.render
+    if preset.camera.projection == "panorama" and variant.startswith("scalar_"):
+        rule = f"a panorama needs a JIT variant, as llvm_ad_rgb, and not {variant}"
+        raise InputError("camera.projection", "panorama", rule, "see `lodbench doctor`")
+    window = None if render.crop is None else Window(*render.window)
+    return Quality(
+        variant,
+        render.spp,
+        preset.seed,
+        render.max_depth,
+        render.haze,
+        coverage=preset.output.cryptomatte,
+        window=window,
+    )
+
+
+def _same_place(a: Camera, b: Camera) -> bool:
+    pairs = ((a.eye, b.eye), (a.forward, b.forward), (a.up, b.up))
+    return all(np.array_equal(one, other) for one, other in pairs)
+
+
+def view_at(world: World, preset: Preset, frame: int) -> View:
+    """Make the view of a frame; see Scene."""
+    return Scene(preset).with_world(world).view(frame)
+
+
+def assemble_frame(world: World, preset: Preset, frame: int, variant: str) -> FrameInput:
+    """Make the input of a frame; see Scene."""
+    return Scene(preset).with_world(world).input(frame, variant)
+
+
+def camera_between(world: World, preset: Preset, frame: float, corner: Corner) -> Camera:
+    """Return the camera at a frame or between two; see Scene."""
+    return Scene(preset).with_world(world).camera(frame, corner)
+
+
+def frame_light(world: World, preset: Preset) -> Light:
+    """Return the light of a scene; see Scene."""
+    return Scene(preset).with_world(world).light
+
+
+def frame_time(preset: Preset, frame: float) -> float:
+    """Compute when a frame begins [s]; see Scene."""
+    return Scene(preset).time_s(frame)
+
+
+def with_schedule(
+    world: World, preset: Preset, frame: int, displayed: DisplayedRepresentation
+) -> DisplayedRepresentation:
+    """Leave sticks as they were drawn earlier; see Scene."""
+    return Scene(preset).with_world(world).scheduled(frame, displayed)
+
+
+def poses_over(
+    world: World, preset: Preset, frames: Iterable[int], displayed: DisplayedRepresentation
+) -> Iterator[TruePose]:
+    """Compute where sticks truly are; see Scene."""
+    return Scene(preset).with_world(world).poses(frames, displayed)

@@ -1,1 +1,0 @@
-"""This package is the fractal ground: relief, quadtree, mesh and colour."""

@@ -1,0 +1,414 @@
+"""The relief has the size, roughness and exactness that it says; first its laws.
+
+Endless: at 10¹² m from the origin every object is where exact arithmetic puts it.
+"""
+
+import math
+from fractions import Fraction
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from lod.camera import GRID_M, Corner
+from lod.errors import InputError
+from lod.pruner import prune
+from scenes.ground import relief as relief_file
+from scenes.ground.relief import SHORTEST_M, Relief, unit_normals
+from scenes.noise import (
+    GRADIENT_LENGTH,
+    NOISE_BOUND,
+    NOISE_MAX_SLOPE,
+    RIDGED_MEAN,
+    RIDGED_RMS,
+    cell_slopes,
+    cell_value,
+    fill_corners,
+    lattice_bits,
+    octave_values,
+    octaves_at,
+    twin_values,
+    unit_rms,
+)
+from scenes.presets.load import load_preset
+from scenes.scene import Scene
+
+HOME = Corner(0, 0)
+FAR = Corner(62_500_000_123, -62_499_999_877)  # 10^12 m from home
+MASK = 2**64 - 1
+
+
+def spread(rng: np.random.Generator, count: int, side: float) -> np.ndarray:
+    return rng.uniform(-side, side, (count, 2))
+
+
+@pytest.mark.parametrize("hurst", [0.3, 0.95])
+def test_amplitude_is_the_rms_of_the_relief(hurst):
+    rng = np.random.default_rng(1)
+    ground = Relief(seed=5, amplitude=30.0, wavelength=64.0, hurst=hurst)
+    height = ground.height(HOME, spread(rng, 200_000, 60_000.0))
+    assert np.sqrt(np.mean(height**2)) == pytest.approx(30.0, rel=0.01)
+    assert abs(np.mean(height)) < 0.3
+
+
+@pytest.mark.parametrize(
+    ("hurst", "lacunarity"), [(0.2, 2.0), (0.5, 2.0), (0.8, 2.0), (0.5, 1.6), (0.5, 2.7)]
+)
+def test_heights_apart_differ_as_distance_to_the_power_hurst(hurst, lacunarity):
+    rng = np.random.default_rng(2)
+    ground = Relief(6, 50.0, 2.0**14, hurst, lacunarity=lacunarity)
+    xy = spread(rng, 100_000, 4e6)
+    turn = rng.uniform(0, 2 * np.pi, len(xy))
+    way = np.stack((np.cos(turn), np.sin(turn)), axis=1)
+    distances = 2.0 ** np.arange(2, 10)  # well inside the octaves, 2^-2 m to 2^14 m
+    here = ground.height(HOME, xy)
+    rms = [np.sqrt(np.mean((ground.height(HOME, xy + r * way) - here) ** 2)) for r in distances]
+    slope = np.polyfit(np.log(distances), np.log(rms), 1)[0]
+    assert slope == pytest.approx(hurst, abs=0.03)
+
+
+@pytest.mark.parametrize("corner", [HOME, FAR])
+@given(
+    x=st.floats(-2e4, 2e4), y=st.floats(-2e4, 2e4), dx=st.integers(-999, 999), dy=st.integers(-9, 9)
+)
+def test_a_place_has_one_height_whatever_the_corner(corner, x, y, dx, dy):
+    ground = Relief(seed=7, amplitude=30.0, wavelength=2048.0, hurst=0.9)
+    other = Corner(corner.x + dx, corner.y + dy)
+    here = ground.height(corner, np.array([[x, y]]))
+    there = ground.height(other, np.array([[x - dx * GRID_M, y - dy * GRID_M]]))
+    assert abs(here - there)[0] < 1e-9
+
+
+@pytest.mark.parametrize("lacunarity", [1.7, 2.0])
+def test_the_spectrum_falls_as_frequency_to_the_power_minus_2_hurst_plus_1(lacunarity):
+    """Along lines, between the shortest wavelength and the longest, by octaves of frequency."""
+    hurst, step, count = 0.6, 0.5, 2**14
+    ground = Relief(6, 50.0, 2.0**11, hurst, lacunarity=lacunarity)
+    along = np.stack((np.arange(count) * step, np.zeros(count)), axis=1)
+    lines = [ground.height(Corner(1000 * k, 77 * k), along) for k in range(40)]
+    power = np.mean([abs(np.fft.rfft(z * np.hanning(count))) ** 2 for z in lines], axis=0)
+    edges = count * step / 2.0 ** np.arange(9, 2, -1)  # waves of 512 m to 8 m
+    bands = [power[int(a) : int(b)].mean() for a, b in pairwise(edges)]
+    slope = np.polyfit(np.arange(len(bands)), np.log2(bands), 1)[0]
+    assert slope == pytest.approx(-(2 * hurst + 1), abs=0.15)
+
+
+@pytest.mark.parametrize("lacunarity", [1.5, 1.93, 3.7])
+def test_octaves_of_any_lacunarity_are_as_exact_far_away(lacunarity):
+    ground = Relief(7, 30.0, 2048.0, 0.9, lacunarity=lacunarity)
+    sides = [Fraction(side) for side in ground.wavelengths.tolist()]
+    assert all(side * 1024 == int(side * 1024) for side in sides)
+    ratio = ground.wavelengths[:-1] / ground.wavelengths[1:]
+    np.testing.assert_allclose(ratio, lacunarity, rtol=0.005)
+    assert SHORTEST_M <= ground.wavelengths[-1] < SHORTEST_M * lacunarity
+    for corner in (FAR, Corner(-(2**55), 2**55 + 1)):
+        for side in sides:
+            ix, iy, rest_x, rest_y = corner.lattice(float(side))
+            assert ix * side + Fraction(rest_x) == corner.x * 16
+            assert iy * side + Fraction(rest_y) == corner.y * 16
+    xy = spread(np.random.default_rng(3), 200, 1e3)
+    here = ground.height(FAR, xy)
+    there = ground.height(Corner(FAR.x + 9, FAR.y - 7), xy + GRID_M * np.array((-9, 7)))
+    np.testing.assert_allclose(here, there, rtol=0, atol=1e-9)
+
+
+def split_mix(seed: int, index: int) -> int:
+    """Output ``index``, from 1, of the SplitMix64 stream of ``seed``, in Python's integers."""
+    z = (seed + index * 0x9E3779B97F4A7C15) & MASK
+    z = ((z ^ (z >> 30)) * 0xBF58476D1CE4E5B9) & MASK
+    z = ((z ^ (z >> 27)) * 0x94D049BB133111EB) & MASK
+    return z ^ (z >> 31)
+
+
+def exact_height(ground: Relief, corner: Corner, x: float, y: float) -> float:
+    """The relief from its definition, in fractions and Python's integers."""
+    where = (corner.x * 16 + Fraction(x), corner.y * 16 + Fraction(y))
+    total = 0.0
+    for exponent, rms in zip(range(12, -3, -1), ground.rms, strict=True):
+        seed = (ground.seed ^ relief_file._STREAM) & MASK
+        key = split_mix(split_mix(seed, exponent), 0)
+        cells = [math.floor(w / Fraction(2) ** exponent) for w in where]
+        parts = [float(w / Fraction(2) ** exponent - c) for w, c in zip(where, cells, strict=True)]
+        for i, j in ((0, 0), (1, 0), (0, 1), (1, 1)):
+            bits = split_mix(split_mix(key, cells[0] + i), cells[1] + j)
+            turn = 2 * math.pi * (bits % 256) / 256
+            du, dv = parts[0] - i, parts[1] - j
+            value = (bits >> 11) / 2**52 - 1
+            value += GRADIENT_LENGTH * (math.cos(turn) * du + math.sin(turn) * dv)
+            weight = [6 * (1 - abs(t)) ** 5 - 15 * (1 - abs(t)) ** 4 for t in (du, dv)]
+            weight = [w + 10 * (1 - abs(t)) ** 3 for w, t in zip(weight, (du, dv), strict=True)]
+            total += rms / unit_rms() * weight[0] * weight[1] * value
+    return total
+
+
+@pytest.mark.parametrize("corner", [HOME, FAR, Corner(-(2**55), 2**55 + 1)])
+def test_heights_agree_with_exact_integers(corner):
+    ground = Relief(seed=2**63 - 1, amplitude=30.0, wavelength=4096.0, hurst=0.9)
+    xy = spread(np.random.default_rng(3), 40, 4e4)
+    exact = [exact_height(ground, corner, x, y) for x, y in xy]
+    np.testing.assert_allclose(ground.height(corner, xy), exact, rtol=0, atol=1e-9)
+
+
+def test_the_hash_is_splitmix64():
+    # First outputs for seed 1234567, as published with the generator's reference code.
+    published = [6457827717110365317, 3203168211198807973, 9817491932198370423]
+    assert [split_mix(1234567, i) for i in (1, 2, 3)] == published
+    bits = lattice_bits(np.uint64(99), np.int64(-5), np.int64(2**60))
+    assert int(bits) == split_mix(split_mix(99, -5), 2**60)
+
+
+@pytest.mark.parametrize("corner", [HOME, FAR])
+def test_slopes_are_those_of_the_heights(corner):
+    ground = Relief(seed=8, amplitude=30.0, wavelength=512.0, hurst=0.9)
+    xy, step = spread(np.random.default_rng(4), 500, 1e3), 1e-4
+    slopes = ground.slopes(corner, xy, np.zeros(len(xy)))
+    for axis in (0, 1):
+        move = step * np.eye(2)[axis]
+        rise = ground.height(corner, xy + move) - ground.height(corner, xy - move)
+        np.testing.assert_allclose(slopes[:, axis], rise / (2 * step), atol=2e-6)
+    up = unit_normals(slopes)
+    np.testing.assert_allclose(np.linalg.norm(up, axis=1), 1.0)
+    np.testing.assert_allclose(-up[:, :2] / up[:, 2:], slopes, rtol=1e-12)
+    np.testing.assert_array_equal(unit_normals(ground.slopes(corner, xy, np.zeros(len(xy)))), up)
+
+
+@pytest.mark.parametrize("ridged", [False, True])
+def test_slopes_of_several_columns_are_those_of_each(ridged):
+    ground = Relief(seed=8, amplitude=30.0, wavelength=512.0, hurst=0.9, ridged=ridged)
+    rng = np.random.default_rng(6)
+    xy, shortest = spread(rng, 300, 1e3), 2.0 ** rng.uniform(-3, 10, (300, 3))
+    found = ground.slopes(HOME, xy, shortest)
+    for column in range(3):
+        alone = ground.slopes(HOME, xy, shortest[:, column])
+        np.testing.assert_array_equal(found[:, 2 * column : 2 * column + 2], alone)
+    assert Relief(8, 0.0, 512.0, 0.9).slopes(HOME, xy, shortest).shape == (300, 6)
+
+
+def test_shortest_leaves_out_the_octaves_below_half_of_it():
+    ground = Relief(seed=8, amplitude=30.0, wavelength=512.0, hurst=0.9)
+    xy = spread(np.random.default_rng(5), 200, 1e3)
+    limited = unit_normals(ground.slopes(HOME, xy, np.full(len(xy), 1024.0)))
+    np.testing.assert_array_equal(limited, np.tile((0.0, 0.0, 1.0), (len(xy), 1)))
+    all_of_it = unit_normals(ground.slopes(HOME, xy, np.full(len(xy), SHORTEST_M)))
+    np.testing.assert_array_equal(
+        all_of_it, unit_normals(ground.slopes(HOME, xy, np.zeros(len(xy))))
+    )
+
+
+def test_octaves_up_to_twice_too_short_fade():
+    """Half an octave in, half of the octave's slope is there."""
+    ground = Relief(seed=8, amplitude=30.0, wavelength=512.0, hurst=0.9)
+    xy = spread(np.random.default_rng(5), 200, 1e3)
+    none, half, whole = (
+        ground.slopes(HOME, xy, np.full(len(xy), s)) for s in (64.0, 64.0 / 2**0.5, 32.0)
+    )
+    np.testing.assert_allclose(half, (none + whole) / 2, atol=1e-12)
+
+
+def unit_noise(key, ix, iy, u, v):
+    """Noise and its two slopes at (u, v) in [0, 1)² of a lattice cell."""
+    cell = np.empty(12)
+    fill_corners(key, ix, iy, cell)
+    return cell_value(cell, u, v), *cell_slopes(cell, u, v)
+
+
+def test_unit_noise_keeps_its_bounds_and_its_size():
+    rng = np.random.default_rng(6)
+    cells = rng.integers(-(2**60), 2**60, (200_000, 2))
+    parts = rng.random((200_000, 2))
+    key = np.uint64(1)
+    noise = np.array(
+        [unit_noise(key, *c, *p) for c, p in zip(cells[:50_000], parts[:50_000], strict=True)]
+    )
+    assert np.abs(noise[:, 0]).max() < NOISE_BOUND
+    assert np.hypot(noise[:, 1], noise[:, 2]).max() < NOISE_MAX_SLOPE
+    assert np.sqrt(np.mean(noise[:, 0] ** 2)) == pytest.approx(unit_rms(), rel=0.01)
+
+
+def corners_at(u, v, turn):
+    """Each corner's weight w, ∂w along the direction, and offset d, as grids."""
+    ex, ey = np.cos(turn), np.sin(turn)
+    for i in (0, 1):
+        for j in (0, 1):
+            a, b = (1 - abs(t - k) for t, k in ((u, i), (v, j)))
+            wa, wb = (t**3 * (t * (6 * t - 15) + 10) for t in (a, b))
+            ka, kb = (30 * (t * (t - 1)) ** 2 for t in (a, b))
+            slope = (2 * i - 1) * ka * wb * ex + (2 * j - 1) * kb * wa * ey
+            yield wa * wb, slope, u - i, v - j, ex, ey
+
+
+def test_twins_are_two_noises_like_any_other():
+    """As large, as smooth, and with nothing to do with one another."""
+    rng = np.random.default_rng(7)
+    octave = octaves_at(FAR, 99, np.ones(1), np.ones(1))
+    xy, none = rng.uniform(0, 3e3, (300_000, 2)), np.zeros(300_000)
+    twins = twin_values(octave, xy, none)
+    assert np.sqrt(np.mean(twins**2, axis=0)) == pytest.approx(unit_rms(), rel=0.01)
+    assert np.abs(twins).max() < NOISE_BOUND
+    assert abs(np.corrcoef(twins.T)[0, 1]) < 0.01
+    on_edges = np.floor(xy)
+    apart = twin_values(octave, on_edges - 1e-9, none) - twin_values(octave, on_edges + 1e-9, none)
+    assert np.abs(apart).max() < 1e-7
+    half = twin_values(octave, xy[:100], np.full(100, 2**0.5))
+    np.testing.assert_allclose(half, twins[:100] / 2, atol=1e-12)
+
+
+def test_the_bounds_of_unit_noise_are_the_largest_there_are():
+    u, v, turn = np.meshgrid(*[np.linspace(0, 1, 61)] * 2, np.linspace(0, np.pi, 61))
+    highest = sum(
+        w * (1 + GRADIENT_LENGTH * np.hypot(x, y)) for w, _, x, y, _, _ in corners_at(u, v, turn)
+    )
+    assert highest.max() == pytest.approx(NOISE_BOUND, rel=1e-9)
+    steepest = sum(
+        np.abs(s) + GRADIENT_LENGTH * np.hypot(w * ex + s * x, w * ey + s * y)
+        for w, s, x, y, ex, ey in corners_at(u, v, turn)
+    )
+    assert steepest.max() == pytest.approx(NOISE_MAX_SLOPE, rel=1e-9)
+
+
+def test_lattices_do_not_show_in_the_variance():
+    ground = Relief(seed=9, amplitude=1.0, wavelength=1.0, hurst=1.0)
+    cells = np.random.default_rng(7).integers(-(2**15), 2**15, (60_000, 2)).astype(float)
+    at_corners = ground.height(HOME, cells).std()
+    assert ground.height(HOME, cells + 0.5).std() == pytest.approx(at_corners, rel=0.02)
+
+
+@given(x=st.floats(-1e4, 1e4), y=st.floats(-1e4, 1e4), log_radius=st.floats(-3, 4))
+@pytest.mark.parametrize("lacunarity", [2.0, 1.6])
+def test_ground_stays_within_what_is_said_of_a_circle(lacunarity, x, y, log_radius):
+    ground, radius = Relief(3, 30.0, 512.0, 0.8, lacunarity=lacunarity), 10.0**log_radius
+    low, high = ground.height_bounds(HOME, np.array([[x, y]]), np.array([radius]))
+    turn, away = np.random.default_rng(8).random((2, 2000))
+    circle = radius * np.sqrt(away) * np.exp(2j * np.pi * turn)
+    height = ground.height(HOME, np.stack((x + circle.real, y + circle.imag), axis=1))
+    assert low[0] <= height.min() and height.max() <= high[0]
+    lowest, highest = ground.bounds()
+    assert lowest <= height.min() and height.max() <= highest
+    assert high[0] - low[0] <= 2 * (highest - lowest)
+
+
+def test_what_is_below_a_wavelength_is_bounded():
+    ground = Relief(seed=3, amplitude=30.0, wavelength=512.0, hurst=0.8)
+    bounds = [ground.bound_below(w) for w in ground.wavelengths]
+    assert bounds[-1] == 0.0
+    assert np.all(np.diff(bounds) < 0)
+    assert ground.bound_below(np.inf) == ground.bounds()[1]
+
+
+def test_no_amplitude_is_perfectly_flat():
+    ground = Relief(seed=3, amplitude=0.0, wavelength=512.0, hurst=0.8)
+    xy = spread(np.random.default_rng(9), 100, 1e5)
+    assert np.all(ground.height(FAR, xy) == 0.0)
+    assert np.all(unit_normals(ground.slopes(FAR, xy, np.zeros(len(xy)))) == (0.0, 0.0, 1.0))
+    assert ground.bounds() == (0.0, 0.0)
+
+
+def test_seeds_make_different_ground_and_the_same_seed_the_same():
+    xy = spread(np.random.default_rng(10), 1000, 1e5)
+    grounds = [Relief(seed, 30.0, 512.0, 0.8).height(HOME, xy) for seed in (1, 2, 1)]
+    assert abs(np.corrcoef(grounds[0], grounds[1])[0, 1]) < 0.15
+    assert grounds[0].tobytes() == grounds[2].tobytes()
+
+
+@pytest.mark.parametrize(
+    ("change", "key"),
+    [
+        ({"amplitude": -1.0}, "terrain.amplitude"),
+        ({"amplitude": math.nan}, "terrain.amplitude"),
+        ({"wavelength": 1000.0}, "terrain.wavelength"),
+        ({"wavelength": math.inf}, "terrain.wavelength"),
+        ({"wavelength": 0.5}, "terrain.wavelength"),
+        ({"hurst": 0.0}, "terrain.hurst"),
+        ({"hurst": 1.5}, "terrain.hurst"),
+        ({"hurst": math.nan}, "terrain.hurst"),
+        ({"lacunarity": 1.4}, "terrain.lacunarity"),
+        ({"lacunarity": 5.0}, "terrain.lacunarity"),
+        ({"lacunarity": math.nan}, "terrain.lacunarity"),
+    ],
+)
+def test_wrong_parameters_are_refused_by_name(change, key):
+    good = {"seed": 0, "amplitude": 30.0, "wavelength": 1024.0, "hurst": 0.9}
+    with pytest.raises(InputError, match=key):
+        Relief(**{**good, **change})
+
+
+def test_crests_have_their_size_and_bounds():
+    """The constants of |noise|, and a ridged relief's RMS, mean and bounds."""
+    xy = np.random.default_rng(5).uniform(0, 3e4, (400_000, 2))
+    octave = octaves_at(Corner(0, 0), 99, np.ones(1), np.ones(1))
+    noise = np.abs(octave_values(octave, xy, np.zeros(len(xy))))
+    assert noise.mean() == pytest.approx(RIDGED_MEAN, rel=0.005)
+    assert noise.std() == pytest.approx(RIDGED_RMS, rel=0.005)
+    relief = Relief(3, 50.0, 64.0, 0.8, ridged=True)
+    height = relief.height(Corner(7, -3), xy)
+    assert height.std() == pytest.approx(50.0, rel=0.03)
+    assert height.mean() == pytest.approx(0.0, abs=1.0)
+    low, high = relief.bounds()
+    assert low < height.min() and height.max() < high
+    low, high = relief.height_bounds(Corner(7, -3), xy[:1000], np.full(1000, 3.0))
+    assert np.all((low <= height[:1000]) & (height[:1000] <= high))
+
+
+def test_ridged_slopes_are_those_of_the_heights():
+    relief, xy = Relief(3, 5.0, 64.0, 1.0, True), np.random.default_rng(6).uniform(0, 500, (500, 2))
+    step = np.array((1e-6, 0.0))
+    east = relief.height(Corner(0, 0), xy + step) - relief.height(Corner(0, 0), xy - step)
+    slope = relief.slopes(Corner(0, 0), xy, np.zeros(len(xy)))[:, 0]
+    assert np.mean(np.isclose(east / 2e-6, slope, atol=1e-5)) > 0.99  # crests between apart
+
+
+def test_no_point_minds_which_were_asked_for_before_it():
+    """Cells of the lattice are kept from point to point: the same bytes in any order, or alone."""
+    rng = np.random.default_rng(8)
+    ground = Relief(seed=3, amplitude=9.0, wavelength=256.0, hurst=0.8)
+    xy = np.concatenate((spread(rng, 200, 400.0), rng.uniform(0, 3, (200, 2))))
+    order, shortest = rng.permutation(len(xy)), rng.uniform(0, 20, len(xy))
+    for of in (ground.low_pass_height, ground.slopes):
+        found = of(FAR, xy, shortest)
+        assert np.array_equal(of(FAR, xy[order], shortest[order]), found[order])
+        for row in order[:40]:
+            one = slice(row, row + 1)
+            assert np.array_equal(of(FAR, xy[one], shortest[one]), found[one])
+
+
+@pytest.mark.parametrize("cell", [(0, 0), (62_500_000_000, -62_500_000_000)])
+def test_positions_are_exact_to_a_micrometre(cell):
+    """Homes relative to the eye, against rational arithmetic on the plane's own coordinates."""
+    preset = load_preset("meadow", [f"camera.cell={list(cell)}", "render.size=320x180"])
+    scene = Scene(preset)
+    world = scene.world
+    view = scene.view(1)
+    corner, eye = view.camera.corner, view.camera.eye
+    assert abs(corner.x) * GRID_M >= (1e12 if cell[0] else 0)
+    for field in world.fields:
+        objects = prune(field, view).parts.state
+        assert len(objects) > 100
+        side, samples = Fraction(field.cells.side_m), objects.samples
+        for k in range(0, len(objects), 7):
+            for axis, (number, first) in enumerate(
+                ((samples.cell_x[k], corner.x), (samples.cell_y[k], corner.y))
+            ):
+                there = (int(number) + Fraction(float(samples.u[k, axis]))) * side
+                seen_from = int(first) * Fraction(GRID_M) + Fraction(float(eye[axis]))
+                found = Fraction(float(objects.instances.origin[k, axis])) - Fraction(
+                    float(eye[axis])
+                )
+                assert abs(found - (there - seen_from)) < Fraction(1, 10**6)
+
+
+@pytest.mark.slow
+def test_a_frame_does_not_know_how_far_the_world_goes():
+    """The same cut, ids included, in worlds of 10⁶ to 10¹⁵ objects around the same eye."""
+    cuts = []
+    for side in (8e3, 1.8e8, None):
+        extent = [] if side is None else [f"world.extent={side!r}"]
+        preset = load_preset("crowd", ["render.size=160x90", *extent])
+        scene = Scene(preset)
+        world = scene.world
+        cuts.append(prune(world.fields[0], scene.view(3)))
+    for cut in cuts[1:]:
+        for name in ("object", "part", "parent", "level"):
+            assert np.array_equal(getattr(cut, name), getattr(cuts[0], name))
+        assert np.array_equal(cut.parts.position, cuts[0].parts.position)

@@ -1,0 +1,85 @@
+"""A budget of parts holds for every frame of a sequence, and the fullest one uses it."""
+
+from pathlib import Path
+
+import pytest
+
+from lod.errors import InputError
+from lod.part_budget import MIN_BUDGET_USE
+from scenes.presets.load import load_preset
+from scenes.render.budget import parts_displayed, within_budget
+from scenes.render.memory import predict_bytes, predicted_bytes
+from scenes.render.variants import choose
+from scenes.scene import Scene, frame_quality
+
+FRAMES = (1, 400, 3000)
+TINY = Path(__file__).resolve().parents[3] / "bench" / "cli" / "tiny.toml"
+
+
+@pytest.mark.parametrize("most", [pytest.param(3000, marks=pytest.mark.slow), 20_000])
+def test_no_frame_is_over_the_budget_and_the_fullest_uses_it(most):
+    asked = load_preset("crowd", [f"view.max_parts={most}", "camera.speed=20"])
+    chosen = within_budget(asked, FRAMES)
+    assert chosen.model_dump(exclude={"view"}) == asked.model_dump(exclude={"view"})
+    assert chosen.view.max_parts == most
+    scene = Scene(chosen)
+    world = scene.world
+    parts = [parts_displayed(world, scene.view(frame)) for frame in FRAMES]
+    assert MIN_BUDGET_USE * most <= max(parts) <= most
+
+
+def test_the_budget_is_used_up_where_the_preset_alone_would_show_less():
+    asked = load_preset("crowd", ["view.max_parts=2000", "view.detail=50.0"])
+    assert within_budget(asked, (1,)).view.detail < 50.0
+
+
+def test_without_a_budget_nothing_changes():
+    asked = load_preset("crowd")
+    assert within_budget(asked, (1,)) is asked
+
+
+def test_a_budget_that_nothing_fits_is_refused():
+    asked = load_preset("zoo", ["world.extent=300", "view.max_parts=1", "view.metric=full"])
+    with pytest.raises(InputError, match="--max-parts"):
+        within_budget(asked, (1,))
+
+
+@pytest.mark.slow
+def test_memory_is_filled_and_never_more_is_foretold():
+    """The frames differ, and the fullest one decides."""
+    most, small = 365_000_000, 'render.size="64x36"'
+    asked = load_preset("meadow", [f"view.max_memory={most}", small, "camera.speed=20"])
+    chosen = within_budget(asked, (1, 400))
+    scene, variant = Scene(chosen), choose()
+    needs = [predicted_bytes(scene.input(frame, variant)) for frame in (1, 400)]
+    nothing = predict_bytes(0, 0, (64, 36), frame_quality(chosen, variant))
+    assert max(needs) <= most
+    assert max(needs) - nothing >= 0.97 * (most - nothing)
+
+
+def test_memory_that_an_empty_frame_needs_already_is_refused():
+    asked = load_preset("zoo", ["view.max_memory=100000000", 'render.size="64x36"'])
+    with pytest.raises(InputError, match="nothing in it"):
+        within_budget(asked, (1,))
+
+
+SHORT = {
+    "nothing grows": ("crowd", ["species.figure.density=0", "species.tree.density=0"], (1, 2)),
+    "what is there lies behind the eye": ("zoo", ["world.extent=30", "camera.pitch=80"], (1,)),
+    "one thing stands there alone": (str(TINY), [], (1, 2, 3)),
+}
+"""Budgets that cannot be filled: the preset, its settings, and the frames."""
+
+
+@pytest.mark.parametrize("case", SHORT)
+def test_a_budget_that_cannot_be_filled_shows_the_finest_there_is_and_says_so(case):
+    name, settings, frames = SHORT[case]
+    said: list[str] = []
+    preset = load_preset(name, [*settings, "view.max_parts=3000000"])
+    chosen = within_budget(preset, frames, note=said.append)
+    scene = Scene(chosen)
+    world = scene.world
+    shown = max(parts_displayed(world, scene.view(frame)) for frame in frames)
+    (line,) = said
+    assert line.startswith(f"lodbench: --max-parts 3,000,000: {shown:,} parts at ")
+    assert line.endswith(("that is all there is", "the ground can be no finer"))

@@ -1,0 +1,339 @@
+"""The plain description: batches, chains, ids of its own, and no number that is wrong.
+
+The reference: air that is part of the scene, against the closed forms.
+"""
+
+import dataclasses
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from lod.air import CLEAR, Air, Mist
+from lod.errors import InputError
+from lod.shapes import Sticks
+from scenes.frame.frame_input import FrameInput, Quality, sampler_seed
+from scenes.frame.layers import SKY_Z
+from scenes.render import variants
+from scenes.render.build import build_scene
+from scenes.render.description import ALIGNMENT, PlacedSticks, batches, describe_frame
+from scenes.render.drivers.camera_rays import sample_groups, square_sides
+from scenes.render.haze import airlight_along, make_haze
+from scenes.render.render import render_frame
+from scenes.render.scattered_layer import with_scattering_layer
+from scenes.world.light import Light
+
+
+def described(make, *visible):
+    return describe_frame(make.frame(*visible))
+
+
+def test_equal_tints_share_a_shape_across_representations(make):
+    spots = [(0, 5, 0), (1, 5, 0)]
+    three = (
+        make.balls(spots, albedo=0.5, name="a"),
+        make.balls(spots, albedo=0.5, name="b"),
+        make.balls(spots, albedo=0.2, name="c"),
+    )
+    shapes = described(make, *three)["shapes"]
+    assert sorted(len(s["segment_indices"]) for s in shapes.values()) == [2, 4]
+
+
+def test_object_ids_of_representations_are_disjoint_and_begin_at_1(make):
+    spots = [(0, 5, 0), (1, 5, 0), (2, 5, 0)]
+    description = described(
+        make, make.balls(spots, name="a"), make.ground(), make.balls(spots, albedo=0.1, name="b")
+    )
+    ids = description["ids"][np.concatenate([*description["owners"].values()]), 0]
+    assert sorted(set(ids.tolist())) == [1, 2, 3, 4, 5, 6, 7]
+    assert len(ids) == 3 + 2 + 3
+
+
+def sticks(points, radii, tint=None, tints=((0.5, 0.5, 0.5),)):
+    points, radii = np.asarray(points, float), np.asarray(radii, float)
+    n = len(points) - 1
+    tint = np.zeros(n, int) if tint is None else np.asarray(tint)
+    return Sticks(
+        points[:-1], points[1:], radii[:-1], radii[1:], tint, np.asarray(tints), np.arange(n)
+    )
+
+
+def test_a_limb_is_one_chain_of_shared_points():
+    limb = sticks([(0, 0, 0), (0, 0, 1), (0, 1, 2), (0, 1, 3)], [0.3, 0.2, 0.2, 0.1])
+    (batch,) = batches([PlacedSticks(limb, 1, None)], True)
+    assert batch.points.shape == (4, 4)
+    assert batch.segments.tolist() == [0, 1, 2]
+
+
+def test_chains_break_where_radii_or_ends_differ():
+    ends = np.array(
+        [
+            [[0, 0, 0, 1], [0, 0, 1, 1]],
+            [[0, 0, 1, 0.5], [0, 0, 2, 0.5]],
+            [[0, 0, 2, 0.5], [0, 0, 3, 0.5]],
+            [[5, 0, 2, 0.5], [5, 0, 3, 0.5]],
+        ],
+    )
+    (batch,) = batches([PlacedSticks(loose(ends), 1, None)], True)
+    for row, first in enumerate(batch.segments):
+        assert np.array_equal(batch.points[first : first + 2], ends[row])
+    assert len(batch.points) == 7
+
+
+def loose(ends, tint=None, tints=((0.5, 0.5, 0.5),)):
+    """Sticks of ends (n, 2, 4), each owned by the part of its own row."""
+    n = len(ends)
+    tint = np.zeros(n, int) if tint is None else tint
+    columns = ends[:, 0, :3], ends[:, 1, :3], ends[:, 0, 3], ends[:, 1, 3]
+    return Sticks(*columns, tint, np.asarray(tints), np.arange(n))
+
+
+def palettes_of_limbs(seed):
+    """Two representations that share a tint, and every stick as (tint, ends, owner)."""
+    chance = np.random.default_rng(seed)
+    palettes = [[(0.1,) * 3, (0.2,) * 3], [(0.2,) * 3, (0.05,) * 3]]
+    placed, every = [], []
+    for palette in palettes:
+        ends = chance.integers(0, 2, (40, 2, 4)) + np.array((0, 0, 0, 1.0))
+        ends[:, 1, 0] += 5
+        ends[1::2, 1, 0] += 5
+        ends[1::2, 0] = ends[::2, 1]
+        tint = np.repeat(chance.integers(0, 2, 20), 2)
+        part = 1 + 50 * len(placed)
+        later = loose(ends + 1.0, tint, palette)
+        placed.append(PlacedSticks(loose(ends, tint, palette), part, later))
+        every += [(palette[t][0], ends[i], part + i) for i, t in enumerate(tint)]
+    return placed, every
+
+
+@pytest.mark.parametrize("by_tint", [True, False])
+@pytest.mark.parametrize("most", [3, 7, 50, 10**6])
+def test_sticks_are_laid_tint_by_tint_in_their_order(most, by_tint):
+    """Against a selection by hand; batches that are full begin anew, even within a chain."""
+    placed, every = palettes_of_limbs(most)
+    made = list(batches(placed, by_tint, most))
+    assert max(len(batch.segments) for batch in made) <= most
+    assert all(len(b.tints) == len(b.counts) for b in made)
+    assert all(b.counts.sum() == len(b.segments) == len(b.owners) for b in made)
+    if by_tint:
+        assert all(len(b.tints) == 1 for b in made)
+    elif most > len(every):
+        assert len(made) == 1
+    tint = np.concatenate([np.repeat(b.tints[:, 0], b.counts) for b in made])
+    ends = np.concatenate([b.points[b.segments[:, None] + np.arange(2)] for b in made])
+    owners = np.concatenate([b.owners for b in made])
+    assert np.array_equal(tint, np.sort(tint))
+    for colour in (0.05, 0.1, 0.2):
+        mine = tint == colour
+        assert np.array_equal(ends[mine], [e for c, e, _ in every if c == colour])
+        assert np.array_equal(owners[mine], [i for c, _, i in every if c == colour])
+    assert all(len(b.points) < 2 * len(b.segments) for b in made if len(b.segments) > 4)
+    assert all((b.moves == 1.0).all() and len(b.moves) == len(b.owners) for b in made)
+
+
+def test_one_shape_holds_the_same_points_as_one_for_each_tint():
+    """Chains may not go on from one tint to the next: their points stand side by side."""
+    placed, _ = palettes_of_limbs(5)
+    (one,) = batches(placed, False)
+    several = list(batches(placed, True))
+    assert np.array_equal(one.points, np.concatenate([b.points for b in several]))
+    first = np.cumsum([0] + [len(b.points) for b in several])[:-1]
+    segments = [b.segments + start for b, start in zip(several, first, strict=True)]
+    assert np.array_equal(one.segments, np.concatenate(segments))
+    assert one.points.ctypes.data % ALIGNMENT == 0
+
+
+def test_points_become_short_sticks_wherever_they_are():
+    far = np.array([[4e4, 3e4, 200.0]])
+    ball = Sticks(far, far, np.ones(1), np.ones(1), np.zeros(1), np.full((1, 3), 0.5), np.zeros(1))
+    (batch,) = batches([PlacedSticks(ball, 1, None)], True)
+    assert len(batch.points) == 2 and batch.points[0, 2] != batch.points[1, 2]
+
+
+def test_no_stick_is_so_short_that_the_renderer_makes_streaks_of_it():
+    at, radius = np.array([[3.0, 4.0, 1.0]]), np.full(1, 1e-3)
+    grain = Sticks(at, at, radius, radius, np.zeros(1), np.full((1, 3), 0.5), np.zeros(1))
+    (batch,) = batches([PlacedSticks(grain, 1, None)], True)
+    assert batch.points[1, 2] - batch.points[0, 2] == pytest.approx(1e-4, rel=0.01)
+
+
+def test_a_tint_without_sticks_keeps_its_shape(make):
+    two = sticks([(0, 0, 0), (0, 0, 1)], [1, 1], [1], [(0.1, 0.1, 0.1), (0.2, 0.2, 0.2)])
+    made = list(batches([PlacedSticks(two, 1, None)], True))
+    assert [len(batch.segments) for batch in made] == [0, 1]
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [
+        ("start", np.nan),
+        ("end", np.inf),
+        ("start_radius", -0.1),
+        ("end_radius", np.nan),
+        ("tints", 1.5),
+        ("tints", np.nan),
+        ("tint", 1),
+        ("tint", -1),
+        ("owner", 9),
+    ],
+)
+def test_sticks_that_the_renderer_would_accept_silently_are_refused(make, field, value):
+    good = make.balls([(0, 5, 0), (1, 5, 0)])
+    values = np.array(getattr(good.shape, field))
+    values.reshape(-1)[-1] = value
+    bad = dataclasses.replace(good.shape, **{field: values})
+    with pytest.raises(InputError, match="balls"):
+        described(make, dataclasses.replace(good, shape=bad))
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [("vertices", np.nan), ("normals", np.inf), ("colours", -0.1), ("faces", 4), ("owner", 1)],
+)
+def test_triangles_that_the_renderer_would_accept_silently_are_refused(make, field, value):
+    good = make.ground()
+    values = np.array(getattr(good.shape, field))
+    values.reshape(-1)[-1] = value
+    bad = dataclasses.replace(good.shape, **{field: values})
+    with pytest.raises(InputError, match="ground"):
+        described(make, dataclasses.replace(good, shape=bad))
+
+
+@pytest.mark.parametrize(
+    "build",
+    [
+        lambda: Light(np.nan, 30),
+        lambda: Light(0, -1),
+        lambda: Light(0, 91),
+        lambda: Light(0, 30, 0.5),
+        lambda: Light(0, 30, float("nan")),
+        lambda: Quality("scalar_rgb", 0),
+        lambda: Quality("scalar_rgb", 16, -1),
+        lambda: Quality("scalar_rgb", 16, 2**63),
+        lambda: Quality("scalar_rgb", 16, 0, 0),
+    ],
+)
+def test_bad_light_and_quality(build):
+    with pytest.raises(InputError):
+        build()
+
+
+def test_seeds_differ_by_everything_and_fit_the_sampler():
+    seeds = [sampler_seed(s, f, w) for s in (0, 1, 2**63 - 1) for f in (0, 1) for w in (0, 1)]
+    assert len(set(seeds)) == 12 and all(0 <= seed < 2**32 for seed in seeds)
+    assert sampler_seed(7, 1, 0) == sampler_seed(7, 1, 0) != sampler_seed(7, 1)
+
+
+@pytest.mark.parametrize("spp", [*range(1, 70), 256, 1000, 4096, 65536])
+def test_samples_are_shared_out_exactly(spp):
+    assert sum(sample_groups(spp)) == spp
+    assert sum(side**2 for side in square_sides(spp)) == spp
+    assert len(square_sides(spp)) <= 5
+
+
+def test_what_moves_is_told_stick_by_stick(make):
+    """By the shape that they ended up in; shapes of which no stick moves have no table."""
+    still, moving = make.balls([(0, 9, 0)], albedo=0.2), make.balls([(1, 9, 0), (2, 9, 0)])
+    shape = moving.shape
+    shift = np.array([[0.5, 0, 0], [0, 0.25, 0]])
+    later = replace(shape, start=shape.start + shift, end=shape.end + 2 * shift)
+    visible = [still, replace(moving, later=later)]
+    found = describe_frame(make.frame(*visible, after=make.camera()))
+    (moves,) = found["moves"].values()
+    assert np.array_equal(moves[:, 0], shift) and np.array_equal(moves[:, 1], 2 * shift)
+    assert described(make, still)["moves"] == {}
+
+
+def test_what_glows_is_a_mesh_of_each_radiance(make):
+    ground = make.ground()
+    glows = np.array([[2.0, 1.0, 0.0], [9.0, 9.0, 9.0], [1.0, 0.0, 0.0]])
+    fire = replace(
+        ground, name="fire", shape=replace(ground.shape, glow=np.array([2, 0]), glows=glows)
+    )
+    shapes = described(make, ground, fire)["shapes"]
+    assert [shape.get("glow", np.zeros(0)).tolist() for shape in shapes.values()] == [
+        [],
+        [2.0, 1.0, 0.0],
+        [1.0, 0.0, 0.0],
+    ]
+    assert [len(shape["faces"]) for shape in shapes.values()] == [2, 1, 1]
+    with pytest.raises(InputError, match="fire glow"):
+        described(make, replace(fire, shape=replace(fire.shape, glows=-glows)))
+
+
+@pytest.mark.parametrize("row", [0, 70, 199])
+@pytest.mark.parametrize("wrong", [np.nan, np.inf, -np.inf])
+def test_one_wrong_number_is_found_in_whichever_run_it_is(make, monkeypatch, row, wrong):
+    monkeypatch.setattr("lod.threads.get_num_threads", lambda: 3)
+    monkeypatch.setattr("scenes.render.description._SHORTEST_RUN", 10)
+    balls = make.balls([(x, 5, 0) for x in range(200)])
+    start = balls.shape.start.copy()
+    start[row, 1] = wrong
+    with pytest.raises(InputError, match="start"):
+        described(make, dataclasses.replace(balls, shape=replace(balls.shape, start=start)))
+
+
+AIR = Air(2000.0)
+
+
+def far_along(make, variant, heading, spp=2048):
+    """What an endless level path shows, rendered and worked out, (3,) each."""
+    camera = make.camera((4, 4), heading=heading, fov=0.001)
+    quality = Quality(variant, spp, 1, 16, "medium")
+    seen = render_frame(FrameInput(camera, (), AIR, make.light, quality)).rgb.mean(axis=(0, 1))
+    variants.use(variant)
+    built = build_scene(
+        with_scattering_layer(describe_frame(replace(make.frame(), camera=camera)), AIR)
+    )
+    haze, endless = make_haze(built, AIR), np.array([np.inf])
+    return seen, airlight_along(haze, camera.forward[None], endless)[0]
+
+
+@pytest.mark.parametrize("heading", [20.0, 200.0])
+def test_a_level_path_tends_to_the_scattered_airlight(make, variant, heading):
+    """Away from the sun and towards it, all orders of scattering together."""
+    seen, expected = far_along(make, variant, heading)
+    assert np.allclose(seen, expected, rtol=0.03)
+
+
+def test_the_medium_changes_colour_alone(make, variant):
+    """Ids, depth and sky stay those of what is displayed: the box is no object."""
+    scene = [make.balls([(x, 12.0, 1.5) for x in range(-8, 9, 4)], 1.5), make.ground(300.0)]
+    camera = make.camera((32, 18))
+    frames = [
+        render_frame(
+            FrameInput(camera, tuple(scene), AIR, make.light, Quality(variant, 4, 1, 4, haze))
+        )
+        for haze in ("analytic", "medium")
+    ]
+    plain, hazy = frames
+    assert set(np.unique(hazy.object)) == set(np.unique(plain.object))
+    assert (plain.object != hazy.object).mean() < 0.1
+    assert (hazy.Z[hazy.object == 0] == SKY_Z).all()
+    assert hazy.statistics["medium_top_m"] == 13 and hazy.statistics["medium_bottom_m"] == -1
+    assert not np.array_equal(plain.rgb, hazy.rgb)
+    assert plain.rgb.mean() == pytest.approx(hazy.rgb.mean(), rel=0.2)
+
+
+def test_same_seed_same_bytes(make, variant):
+    quality = Quality(variant, 4, 7, 4, "medium")
+    one, two = (
+        render_frame(FrameInput(make.camera(), (make.ground(),), AIR, make.light, quality))
+        for _ in range(2)
+    )
+    assert np.array_equal(one.rgb, two.rgb)
+
+
+@pytest.mark.parametrize("air", [CLEAR, Air(2000.0, Mist(500.0, 0.0, 10.0))])
+def test_air_that_no_homogeneous_medium_is_like_is_refused(make, air):
+    with pytest.raises(InputError, match="--haze"):
+        render_frame(
+            FrameInput(
+                make.camera(), (), air, make.light, Quality(variants.SCALAR_VARIANT, haze="medium")
+            )
+        )
+
+
+def test_no_such_haze():
+    with pytest.raises(InputError, match="haze"):
+        Quality(variants.SCALAR_VARIANT, haze="fog")

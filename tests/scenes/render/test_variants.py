@@ -1,0 +1,73 @@
+"""The probe survives libraries that refuse, abort or are not there, and says why."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+from lod.errors import InputError
+from scenes.render import variants
+
+CANDIDATES = variants.candidates()
+
+
+def probe_with(library, expression):
+    code = f"from scenes.render.mitsuba import variants; print({expression})"
+    environment = {**os.environ, variants.LLVM_PATH: str(library)}
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, env=environment, timeout=300
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def test_without_libllvm_auto_is_scalar(tmp_path):
+    answer = probe_with(tmp_path / "none.so", "variants.choose('auto'), variants.libllvm()")
+    assert answer.strip() == "scalar_rgb None"
+
+
+def test_a_file_that_is_no_library_is_refused_with_a_reason(tmp_path):
+    fake = tmp_path / "libLLVM-99.so"
+    fake.write_text("not a library")
+    answer = probe_with(fake, "variants.works('llvm_ad_rgb'), variants.choose('auto')")
+    assert "libLLVM-99.so" in answer and "scalar_rgb" in answer
+
+
+@pytest.mark.parametrize("library", CANDIDATES)
+def test_every_libllvm_of_this_machine_gives_an_answer(library):
+    """Those that abort the child are reported; the parent goes on."""
+    answer = probe_with(library, "variants.works('llvm_ad_rgb')").strip()
+    assert answer == "True" or len(answer) > 10
+
+
+def test_asked_for_and_missing_raises_with_a_cure(monkeypatch):
+    monkeypatch.setattr(variants, "works", lambda name: "no libLLVM was found")
+    with pytest.raises(InputError, match=r"libllvm19.*--variant scalar_rgb"):
+        variants.choose("llvm_ad_rgb")
+    assert variants.choose("auto") == "scalar_rgb"
+
+
+@pytest.mark.parametrize("name", ["", "llvm", "scalar_rgb ", "scalar_spectral", "cuda_ad_rgbx"])
+def test_unknown_and_unusable_names(name):
+    with pytest.raises(InputError, match="variant"):
+        variants.choose(name)
+
+
+def test_the_newest_library_comes_first(monkeypatch, tmp_path):
+    monkeypatch.delenv(variants.LLVM_PATH, raising=False)
+    names = ("libLLVM-9.so", "libLLVM.so.19.1", "libLLVM-15.so.1", "libLLVM.so.2")
+    files = [tmp_path / name for name in names]
+    for file in files:
+        file.touch()
+    monkeypatch.setattr(variants, "_found", lambda: iter(files))
+    found = [os.path.basename(path) for path in variants.candidates()]
+    assert found == ["libLLVM.so.19.1", "libLLVM-15.so.1", "libLLVM-9.so", "libLLVM.so.2"]
+
+
+@pytest.mark.slow
+def test_probe_answers_for_every_variant():
+    probe = variants.probe()
+    assert probe.variants["scalar_rgb"] is True
+    assert {"llvm_ad_rgb", "cuda_ad_rgb", "scalar_spectral"} <= set(probe.variants)
+    assert all(answer is True or answer for answer in probe.variants.values())
