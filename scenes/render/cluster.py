@@ -31,7 +31,7 @@ from scenes.files import DiskError, partial_path, stray_partials
 from scenes.processes.signals import signals_held
 from scenes.processes.streams import open_standard_streams
 from scenes.render.exr.header import Record, Settings, software
-from scenes.render.exr.sequence import Job, commit_frame, kept_record, record_failure
+from scenes.render.exr.sequence import Job, commit_frame, failure, kept_record
 from scenes.render.frame_session import FrameSession
 from scenes.render.variants import trusting
 from scenes.render.worker import MOST_TRIES
@@ -312,16 +312,16 @@ def _turn(
             tries[frame] += found
             if tries[frame] >= MOST_TRIES:
                 many = tries.pop(frame)
-                yield record_failure(job, frame, f"it ended its worker {many} times", many)
+                yield failure(job, frame, f"it ended its worker {many} times", many)
             continue
         first = len(tries) == len(job.paths) - len(job.done)
         del tries[frame]
         if isinstance(found, InputError):
             if first:
                 raise found
-            yield record_failure(job, frame, str(found), 1)
+            yield failure(job, frame, str(found), 1)
         elif isinstance(found, BaseException):
-            yield record_failure(job, frame, str(found), MOST_TRIES)
+            yield failure(job, frame, str(found), MOST_TRIES)
         else:
             yield commit_frame(job, frame, found["record"], Path(found["partial"]))
 

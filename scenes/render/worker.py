@@ -24,8 +24,8 @@ from scenes.render.variants import trusting
 MOST_TRIES = 3
 """How often a frame may kill its worker."""
 
-MOST_FORETOLD = 64
-"""Frames of a sequence whose memory is foretold before the first of them is rendered."""
+MOST_ESTIMATED = 16
+"""Frames of a sequence whose memory is estimated before the first of them is rendered."""
 
 CHILD = (sys.executable, "-P", "-m", "scenes.render.worker_child")
 _ROOT = Path(__file__).resolve().parents[2]
@@ -100,14 +100,14 @@ class Worker:
             why = self.end()
         raise FrameFailed(f"it ended its worker {MOST_TRIES} times ({why})", MOST_TRIES)
 
-    def foretell(self, settings: Settings, frames: Sequence[int], folder: Path) -> None:
-        """Raise InputError where one of these frames is foretold to need more than it may.
+    def preflight(self, settings: Settings, frames: Sequence[int], folder: Path) -> None:
+        """Raise InputError where one of these frames is estimated to need more than it may.
 
         A process that dies of it says nothing: the frames' own turns will tell.
         """
         if self._process is None:
             self._start(settings["render"]["variant"])
-        request = {"foretell": frames, "folder": str(folder), "most_bytes": self._most_bytes}
+        request = {"preflight": frames, "folder": str(folder), "most_bytes": self._most_bytes}
         found = self._ask(request) if self._open_session(settings) else None
         if found is None:
             self.end()
@@ -191,15 +191,15 @@ def _unfinished(what: str, done: float, steps: int) -> Making | None:
     return (what, done, steps) if done < steps else None
 
 
-def render_foretold(job: Job, worker: Worker) -> Iterator[Record]:
-    """Render what is not done as ``render_sequence`` does, and foretell its memory before.
+def render_left(job: Job, worker: Worker) -> Iterator[Record]:
+    """Render what is not done as ``render_sequence`` does, and estimates its memory before.
 
-    Of more than MOST_FORETOLD frames so many are foretold, evenly spread, the first and the last
+    Of more than MOST_ESTIMATED frames so many are estimated, evenly spread, the first and the last
     among them. Raises InputError before any is rendered where one would need more than it may.
     """
     left = [frame for frame in job.paths if frame not in job.done]
     if len(left) > 1:
-        worker.foretell(job.settings, evenly_spread(left, MOST_FORETOLD), job.folder)
+        worker.preflight(job.settings, evenly_spread(left, MOST_ESTIMATED), job.folder)
     yield from render_sequence(job, worker)
 
 

@@ -1,8 +1,8 @@
 """The process that renders frames for scenes/render/worker.py.
 
 Requests and answers are JSON objects, one a line. A request is {settings}, which opens a session
-with them, {foretell: frames, folder, most_bytes} or {frame, target, most_bytes}. The answers are
-{ready} once; an empty {record} of a session that is open, and of frames whose memory is foretold;
+with them, {preflight: frames, folder, most_bytes} or {frame, target, most_bytes}. The answers are
+{ready} once; an empty {record} of a session that is open, and of frames whose memory is estimated;
 and of each frame {samples: [taken, of]} some times, and then its {record}. Before any of them may
 come {making: [what, done, steps]} of what is made once and then kept. In place of any record may
 come {input: [where, arrived, rule, cure]}, {disk: [errno, strerror, file]} or {failed: text}.
@@ -26,8 +26,8 @@ from scenes.render.frame_session import FrameSession
 class Session(Protocol):
     """What renders frames, as FrameSession does."""
 
-    def foretell(self, frames: Sequence[int], folder: str, most_bytes: int | None) -> Record:
-        """Foretell the memory of frames."""
+    def preflight(self, frames: Sequence[int], folder: str, most_bytes: int | None) -> Record:
+        """Estimate the memory of frames."""
 
     def render(
         self,
@@ -76,8 +76,8 @@ def serve(open_session: Callable[[Settings], Session] = FrameSession) -> None:
             return {}
         if session is None:
             raise RuntimeError("a frame before its settings")
-        if "foretell" in request:
-            return session.foretell(request["foretell"], request["folder"], request["most_bytes"])
+        if "preflight" in request:
+            return session.preflight(request["preflight"], request["folder"], request["most_bytes"])
         return session.render(watch=watch, **request)
 
     say({"ready": os.getpid()})

@@ -110,14 +110,14 @@ def test_a_broken_one_costs_a_clear_line(capfd, flags, says):
 
 @pytest.mark.usefixtures("package")
 def test_theirs_keep_the_rules_of_ours(capfd):
-    code, out, _ = said(capfd, "check", "halfway", "fence", "--json")
+    code, out, _ = said(capfd, "doctor", "--check", "halfway", "--check", "fence", "--json")
     assert code == 0
     assert [json.loads(line)["broken"] for line in out.splitlines()] == [{}, {}]
 
 
 @pytest.mark.usefixtures("package")
 def test_check_notices_and_names_what_is_broken(capfd):
-    code, out, err = said(capfd, "check", "sloppy", "missing")
+    code, out, err = said(capfd, "doctor", "--check", "sloppy", "--check", "missing")
     assert code == 1
     assert "another limit when asked alone" in out
     assert "No module named" in out

@@ -16,6 +16,7 @@ from bench.experiments.cost.claims import (
     trace_us,
 )
 from bench.experiments.fidelity.shipped.claims import errors
+from bench.images.compare import errors
 from bench.plots import Curve, Plot, curves
 from bench.records.records import Point, Record, grouped, where
 
