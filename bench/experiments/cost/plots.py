@@ -15,7 +15,6 @@ from bench.experiments.cost.claims import (
     stage_us,
     trace_us,
 )
-from bench.experiments.fidelity.shipped.claims import errors
 from bench.images.compare import errors
 from bench.plots import Curve, Plot, curves
 from bench.records.records import Point, Record, grouped, where
