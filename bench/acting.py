@@ -66,9 +66,9 @@ from scenes.presets.schema import Preset
 from scenes.rig.foot_placement import Placements, place_on_ground
 from scenes.rig.pose import pose_points
 from scenes.rig.rigged_prototype import RiggedPrototype
-from scenes.scene import view_at
+from scenes.scene import Scene
 from scenes.world.cast import make_acting, make_cast, preset_roles, role_prototypes
-from scenes.world.world import build_world, make_terrain
+from scenes.world.world import make_terrain
 
 
 class Troupe(NamedTuple):
@@ -228,7 +228,7 @@ def saving(crowd: Crowd, frames: int, seed: int, looks: int = 4) -> Saving:
     ]
     with dearer(crowd.questions):
         every, some = (troupe_of(each) for each in presets)
-    world, spent, updates = build_world(presets[1]), np.zeros((2, frames)), 0
+    scene, spent, updates = Scene(presets[1]), np.zeros((2, frames)), 0
     copies: dict[int, list[ActedFrame]] = {}
     off: tuple[list[Reals], list[Reals]] = ([], [])
     parts, times = np.zeros(2), np.linspace(min(COPIED, frames), frames, looks).astype(int).tolist()
@@ -243,7 +243,7 @@ def saving(crowd: Crowd, frames: int, seed: int, looks: int = 4) -> Saving:
             spent[way, frame - 1] = time.process_time() - start
         updates += int(some.cast.performance.frame(frame).updated.sum())
         if frame in times:
-            view = view_at(world, presets[1], frame)
+            view = scene.view(frame)
             for found, acted in zip(off, (at_once, copies.pop(frame)), strict=True):
                 found.append(off_px(some.cast, acted[-1], view, frame))
             parts += [len(prune(each.cast, view)) for each in (every, some)]
@@ -614,7 +614,7 @@ def _act(troupe: Troupe, first: int, last: int) -> float:
 
 def _prune_s(troupe: Troupe, preset: Preset) -> float:
     """Time finding, blending and posing what is displayed in the last frame, the least of three."""
-    view = view_at(build_world(preset), preset, preset.acting.frames)
+    view = Scene(preset).view(preset.acting.frames)
     least = math.inf
     for _ in range(4):  # the first one compiles
         start = time.process_time()

@@ -19,8 +19,7 @@ from scenes.presets.load import load_preset
 from scenes.processes.memory import peak_rss_bytes
 from scenes.render.exr.layers import write_exr
 from scenes.render.render import build_frame, render_frame, trace
-from scenes.scene import assemble_frame, view_at
-from scenes.world.world import build_world
+from scenes.scene import Scene
 
 KINDS: dict[str, tuple[str, tuple[str, ...]]] = {
     "meadow": ("meadow", ("species.sward.density=0",)),
@@ -60,11 +59,12 @@ def preset_costs(overrides: list[str], variant: str, frames: int) -> dict[str, A
     """
     preset = load_preset("meadow", overrides)
     start = time.perf_counter()
-    world = build_world(preset)
+    scene = Scene(preset)
+    world = scene.world
     cold = {"world": _us(time.perf_counter() - start), "world_bytes": peak_rss_bytes()}
     warm = []
     for frame in range(1, frames + 2):
-        made = assemble_frame(world, preset, frame, variant)
+        made = scene.input(frame, variant)
         shot_bytes = peak_rss_bytes()
         layers = render_frame(made, frame)
         with tempfile.TemporaryDirectory() as folder:
@@ -77,7 +77,7 @@ def preset_costs(overrides: list[str], variant: str, frames: int) -> dict[str, A
             bytes_ = {"shoot_bytes": shot_bytes, "render_bytes": peak_rss_bytes()}
             cold |= {"first_trace": row["trace"], **bytes_}
             continue
-        view = view_at(world, preset, frame)
+        view = scene.view(frame)
         row["tests"] = sum(prune(each, view).examined_parts for each in world.representations)
         row["metric"] = _metric_us(row["tests"])
         clear = render_frame(replace(made, air=CLEAR), frame)
@@ -107,16 +107,16 @@ def window_costs(case: Size, side: str, seed: int) -> dict[str, Any]:
     picture = Picture(case.size, case.spp)
     detail = None if side == "whole" else 1.0
     preset = window_preset(name, (*settings, f"seed={seed}"), case.objects, picture, detail)
-    world, rows, peak = build_world(preset), [], 0
+    scene, rows, peak = Scene(preset), [], 0
     for frame in range(1, case.frames + 2):
-        made = assemble_frame(world, preset, frame, case.variant)
+        made = scene.input(frame, case.variant)
         layers = render_frame(made, frame)
         if frame == 1:
             peak = peak_rss_bytes()
         else:
             spent = {**made.seconds, **layers.seconds}
             rows.append({stage: _us(seconds) for stage, seconds in spent.items()})
-    made = assemble_frame(world, preset, 1, case.variant)
+    made = scene.input(1, case.variant)
     built, first = build_frame(made), FIRST_SAMPLES[side]
     pictures = [
         trace(built, replace(made.quality, spp=spp), first + k).rgb

@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from bench.experiments.fidelity.equal_error import EQUAL_ERROR, excesses
-from bench.experiments.fidelity.image_errors import BANDS
+from bench.images.compare import PAIR_BANDS
+from bench.images.equal_error import EQUAL_ERROR, excesses
 from bench.records.records import Point, grouped
 from lod.errors import InputError
 
@@ -119,8 +119,8 @@ def is_measured(point: Point) -> bool:
 def least_covered(point: Point) -> float:
     """Return the least share of what covers a band that is still covered; 1 where nothing is."""
     shares = [1.0]
-    pixels = sum(point.values("pixels", band=band)[0] for band in BANDS)
-    for band in BANDS[:-1]:
+    pixels = sum(point.values("pixels", band=band)[0] for band in PAIR_BANDS)
+    for band in PAIR_BANDS[:-1]:
         tested, whole = (
             float(point.values("covered", picture=picture, band=band).mean())
             for picture in ("tested", "reference")

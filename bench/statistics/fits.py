@@ -20,7 +20,6 @@ from jaxtyping import Float64
 from scipy import stats
 
 from bench.statistics.estimates import Estimate, student_interval
-from bench.statistics.excess_flip import ONE_SIDED_CONFIDENCE
 from lod.arrays import Reals
 from lod.errors import InputError
 
@@ -92,6 +91,10 @@ def _positive(values: Reals) -> Reals:
             "compare_with_log", float(np.min(values)), "3 values or more, finite and above 0"
         )
     return values
+
+
+ONE_SIDED_CONFIDENCE = 0.95
+"""The probability that one bound alone is on the right side of the truth."""
 
 
 def noise_free(

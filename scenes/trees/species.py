@@ -9,12 +9,10 @@ Branches of the first level are called limbs and grow from the trunk; those of t
 called twigs and bear the foliage; those between are called branches. A tree is a hierarchy of parts
 whose levels of detail are numbered like that: 0 is the whole tree, 1 limbs, and so on to the twigs
 and the foliage.
-
-The species of trees that there are: each one TOML file.
 """
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cache
 from importlib import resources
 from importlib.resources.abc import Traversable
@@ -111,16 +109,13 @@ class Shades:
 
     def colours(self) -> tuple[tuple[float, float, float], ...]:
         """Make SHADES colours from dark to light, evenly spaced in their logarithms."""
+
+        def mixed(a: float, b: float, share: float) -> float:
+            return round(math.exp((1 - share) * math.log(a) + share * math.log(b)), 4)
+
+        (r, s), (g, h), (b, c) = zip(self.dark, self.light, strict=True)
         steps = [k / (SHADES - 1) for k in range(SHADES)]
-        pairs = list(zip(self.dark, self.light, strict=True))
-        return tuple(
-            (_log_mix(*pairs[0], s), _log_mix(*pairs[1], s), _log_mix(*pairs[2], s)) for s in steps
-        )
-
-
-def _log_mix(a: float, b: float, share: float) -> float:
-    """Interpolate between two numbers in their logarithms, to four decimals."""
-    return round(math.exp((1 - share) * math.log(a) + share * math.log(b)), 4)
+        return tuple((mixed(r, s, x), mixed(g, h, x), mixed(b, c, x)) for x in steps)
 
 
 @dataclass(frozen=True)
@@ -182,10 +177,6 @@ class TreeSpecies:
         shades = self.foliage.albedo if self.foliage else {}
         return next((each.colours() for name, each in shades.items() if name == season), ())
 
-    def bare(self) -> "TreeSpecies":
-        """Make the species without foliage."""
-        return replace(self, foliage=None)
-
 
 SEASONS = ("spring", "summer", "autumn", "winter")
 
@@ -201,18 +192,13 @@ class Weather:
 CALM_SUMMER = Weather()
 
 
-def species_folder() -> Traversable:
-    """Return the folder of the files."""
-    return resources.files("scenes.trees") / "species"
-
-
 @cache
 def tree_species(name: str) -> TreeSpecies:
     """Read the species of a name (see ``scenes.model_files.names.tree_species_names``).
 
     Raises InputError for anything in its file that breaks a rule.
     """
-    return read_species(species_folder() / f"{name}.toml")
+    return read_species(resources.files("scenes.trees") / "species" / f"{name}.toml")
 
 
 def read_species(parameters: Traversable) -> TreeSpecies:

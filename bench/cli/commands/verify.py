@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from bench.cli.commands.render import Workers, render_job
 from bench.cli.flags import StrictCommand, frame_numbers, memory_flag, memory_limit_bytes
 from bench.cli.output import Output, frame_progress, output, progress_bar
 
 if TYPE_CHECKING:
     from scenes.render.exr.sequence import Job
     from scenes.render.exr.verify import Checked
+    from scenes.render.render_files import Workers
 
 
 @click.command("verify", cls=StrictCommand)
@@ -39,6 +39,8 @@ def command(
     as_json: bool,
 ) -> None:
     """Hashes, headers, sizes, channels, NaN, infinite and negative values, gaps, partial files."""
+    from scenes.render.render_files import Workers
+
     most_bytes = memory_limit_bytes(max_memory)
     numbers = frame_numbers(frames) if frames else None
     with output(as_json) as out:
@@ -67,9 +69,12 @@ def _check(out: Output, folder: Path, frames: Sequence[int] | None) -> tuple[int
     return count, wrong
 
 
-def _repair(out: Output, folder: Path, wrong: list["Checked"], workers: Workers) -> list["Checked"]:
+def _repair(
+    out: Output, folder: Path, wrong: list["Checked"], workers: "Workers"
+) -> list["Checked"]:
     """Repair what is wrong, and give what is wrong still."""
     from scenes.render.exr.verify import repairs
+    from scenes.render.render_files import render_job
 
     left = []
     with frame_progress(sum(found.frame is not None for found in wrong)) as progress:

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from bench.experiments.fidelity.equal_error import EQUAL_ERROR
-from bench.experiments.fidelity.shipped.claims import errors
+from bench.images.compare import errors
+from bench.images.equal_error import EQUAL_ERROR
 from bench.records.claims import Claim
 from bench.records.old_claims import claim
 from bench.records.records import Point, grouped, where

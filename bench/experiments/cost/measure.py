@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from bench.children import run_in_child
-from bench.experiments.fidelity.shipped.pictures import flips
 from bench.frame_costs import KINDS, Size, preset_costs, window_costs
+from bench.images.compare import flips
 from bench.old_experiment import Effort
 from bench.records.provenance import scene_digest
 from bench.records.records import Column, Point, columns

@@ -15,8 +15,8 @@ from bench.experiments.cost.claims import (
     stage_us,
     trace_us,
 )
-from bench.experiments.fidelity.shipped.claims import errors
-from bench.plots.plot import Curve, Plot, curves
+from bench.images.compare import errors
+from bench.plots import Curve, Plot, curves
 from bench.records.records import Point, Record, grouped, where
 
 

@@ -25,14 +25,15 @@ from typing import Any
 import numpy as np
 
 from bench.children import run_in_child
-from bench.experiments.fidelity.equal_error import EQUAL_ERROR
-from bench.experiments.fidelity.image_errors import (
+from bench.images.compare import (
     BAND_EDGES_M,
     Reference,
-    band_name,
+    mean_flip,
+    pair_band_name,
     picture_errors,
     reference_of,
 )
+from bench.images.equal_error import EQUAL_ERROR
 from bench.methods.catalogue import CLIPPED, arms
 from bench.methods.comparison import judged_error
 from bench.methods.cycles import measure_cycles, noise
@@ -43,7 +44,6 @@ from bench.methods.video import just_objectionable_differences
 from bench.old_experiment import Effort
 from bench.records.provenance import scene_digest
 from bench.records.records import Column, Point
-from bench.statistics.excess_flip import mean_flip
 from bench.windows import Picture
 from scenes.frame.layers import SKY_Z, Layers
 from scenes.presets.load import load_preset
@@ -191,7 +191,7 @@ def covered(tested: Sequence[Layers], whole: Sequence[Layers]) -> list[Column]:
     for low, high in zip(BAND_EDGES_M, (*BAND_EDGES_M[1:], float(SKY_Z)), strict=True):
         for which, row in (("tested", tested), ("reference", whole)):
             counts = [int(np.count_nonzero(_things(each, low, high))) for each in row]
-            made.append(Column("covered", counts, {"picture": which, "band": band_name(low)}))
+            made.append(Column("covered", counts, {"picture": which, "band": pair_band_name(low)}))
     return made
 
 

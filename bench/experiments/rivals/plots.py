@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from bench.experiment import Table
-from bench.experiments.fidelity.equal_error import EQUAL_ERROR
-from bench.experiments.fidelity.image_errors import BANDS
 from bench.experiments.rivals.measure import JUDGED
+from bench.images.compare import PAIR_BANDS
+from bench.images.equal_error import EQUAL_ERROR
 from bench.methods.comparison import (
     STAGES,
     AtEqualError,
@@ -26,7 +26,7 @@ from bench.methods.comparison import (
     least_covered,
     megabytes,
 )
-from bench.plots.plot import Curve, Plot, curves
+from bench.plots import Curve, Plot, curves
 from bench.records.records import Point, Record, grouped, where
 from bench.statistics.estimates import two_sided_factor
 from lod.errors import InputError
@@ -221,7 +221,7 @@ def _compared(mine: list[float], whole: list[float], form: str) -> tuple[str, st
 
 
 def _tone_table(record: Record) -> Table:
-    light = [f"light {band}" for band in BANDS[:-1]]
+    light = [f"light {band}" for band in PAIR_BANDS[:-1]]
     heads = ("world", "arm", "setting", "excess FLIP", "relMSE", *light, "least cover", "variance")
     rows = []
     for world, points in _worlds(record):
@@ -247,7 +247,7 @@ def _tone_table(record: Record) -> Table:
 def _tones(point: Point) -> list[float]:
     """Return light ÷ that of the whole in each band; 1 where the whole has nothing there."""
     found = []
-    for band in BANDS[:-1]:
+    for band in PAIR_BANDS[:-1]:
         tested, whole = (
             float(point.values("luminance", picture=p, band=band).mean())
             for p in ("tested", "reference")

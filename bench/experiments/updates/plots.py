@@ -4,9 +4,9 @@ import numpy as np
 
 from bench.experiment import Table
 from bench.experiments.updates.claims import JUDGED_PX, cpu_us, off_px, redrawn
-from bench.plots.plot import Curve, Plot, curves
+from bench.images.compare import PIXELS_PER_DEGREE
+from bench.plots import Curve, Plot, curves
 from bench.records.records import Point, Record, where
-from bench.statistics.excess_flip import PIXELS_PER_DEGREE
 from lod.motion import critical_hz
 
 FPS = 24.0

@@ -283,11 +283,11 @@ def test_plug_ins(found: Any) -> None:
 @pytest.mark.slow
 @settings(fuzzed, max_examples=PROGRAMS)
 @given(
-    st.sampled_from(["count", "render", "show", "frames", "verify", "ids", "run", "compare"]),
+    st.sampled_from(["count", "render", "show", "frames", "verify", "list", "run", "compare"]),
     st.lists(st.one_of(WORDS, st.tuples(FLAGS, WORDS)), max_size=4),
 )
 @example("verify", [("--json", "")])
-@example("ids", [])
+@example("list", [])
 @example("compare", ["0"])
 @example("run", ["0"])
 def test_whole_programs(name: str, words: list[str | tuple[str, str]]) -> None:
@@ -308,7 +308,7 @@ def test_whole_programs(name: str, words: list[str | tuple[str, str]]) -> None:
         patch.setattr(cli, "_verdict", verdict)
         os.chdir(folder)
         small = ["-D", 'render.size="4x4"', "-D", "terrain.reach=100"]
-        preset = {"run": [], "compare": [], "verify": [], "ids": []}.get(name, ["zoo", *small])
+        preset = {"run": [], "compare": [], "verify": [], "list": []}.get(name, ["zoo", *small])
         out = ["-o", "out/a.####.exr"] if name in ("render", "frames") else []
         try:
             with pytest.raises(SystemExit) as left, contextlib.redirect_stdout(io.StringIO()):

@@ -11,8 +11,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from bench.experiments.fidelity.equal_error import EQUAL_ERROR
-from bench.experiments.fidelity.image_errors import BANDS
 from bench.experiments.rivals.claims import judge
 from bench.experiments.rivals.measure import (
     MOST_BYTES,
@@ -25,6 +23,8 @@ from bench.experiments.rivals.measure import (
     noise,
 )
 from bench.experiments.rivals.plots import plots, point_table, summary, tables
+from bench.images.compare import PAIR_BANDS
+from bench.images.equal_error import EQUAL_ERROR
 from bench.methods import environments
 from bench.methods.catalogue import arms, culled_beyond
 from bench.methods.comparison import STAGES, at_equal_error, at_equal_time, best_rival, judged_error
@@ -53,14 +53,14 @@ def point(arm, setting, excess, seconds, field=0, megabytes=100.0, cover=1.0):
     held = Column("peak_bytes", [round(1e6 * megabytes)])
     case = {"kind": "crowd", "objects": 1e3, "field": field, "arm": arm, "setting": setting}
     shown = [*_shown("reference", 1.0), *_shown("tested", cover)]
-    pixels = [Column("pixels", [1000], {"band": band}) for band in BANDS]
+    pixels = [Column("pixels", [1000], {"band": band}) for band in PAIR_BANDS]
     samples = (flip, floor, ssim, *times, held, *pixels, *shown, Column("sticks", [7]))
     return Point(case, samples=samples)
 
 
 def _shown(picture, cover):
-    shares = [1.0] * (len(BANDS) - 2) + [cover, 1.0]
-    for band, share in zip(BANDS, shares, strict=True):
+    shares = [1.0] * (len(PAIR_BANDS) - 2) + [cover, 1.0]
+    for band, share in zip(PAIR_BANDS, shares, strict=True):
         yield Column("covered", [round(500 * share)], {"picture": picture, "band": band})
 
 

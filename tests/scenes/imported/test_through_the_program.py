@@ -96,7 +96,7 @@ def test_they_are_rendered_resumed_and_verified(
     moving = np.linalg.norm(layers.motion, axis=-1) > 0
     assert moving.any() and not moving.all()
     assert (layers.level[moving] >= 2).all()  # sails, and nothing of what stands still
-    code, said, _ = run("ids", str(tmp_path / "out/a.0001.exr"), "--json")
+    code, said, _ = run("list", "--objects", str(tmp_path / "out/a.0001.exr"), "--json")
     assert code == 0
     assert {"mill", "lamps", "near"} & set(said.replace('"', " ").split())
     # Another model under the same name: other settings.
