@@ -16,7 +16,7 @@ from bench.experiments.cost.claims import (
     trace_us,
 )
 from bench.images.compare import errors
-from bench.plots.plot import Curve, Plot, curves
+from bench.plots import Curve, Plot, curves
 from bench.records.records import Point, Record, grouped, where
 
 

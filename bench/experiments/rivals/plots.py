@@ -26,7 +26,7 @@ from bench.methods.comparison import (
     least_covered,
     megabytes,
 )
-from bench.plots.plot import Curve, Plot, curves
+from bench.plots import Curve, Plot, curves
 from bench.records.records import Point, Record, grouped, where
 from bench.statistics.estimates import two_sided_factor
 from lod.errors import InputError

@@ -5,7 +5,7 @@ import numpy as np
 from bench.experiment import Table
 from bench.experiments.updates.claims import JUDGED_PX, cpu_us, off_px, redrawn
 from bench.images.compare import PIXELS_PER_DEGREE
-from bench.plots.plot import Curve, Plot, curves
+from bench.plots import Curve, Plot, curves
 from bench.records.records import Point, Record, where
 from lod.motion import critical_hz
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from bench.experiment import Table
 from bench.experiments.world.claims import added_by_parts, beyond_limit, seconds
-from bench.plots.plot import Curve, Plot, curves
+from bench.plots import Curve, Plot, curves
 from bench.records.records import Point, Record, where
 from bench.statistics.estimates import two_sided_median
 from bench.statistics.fits import RivalModels, compare_with_log
