@@ -78,9 +78,9 @@ SOUGHT_M = 3.0
 """Pairs of actors are looked at that come nearer than this."""
 
 KINDS: dict[str, tuple[str, ...]] = {
-    "quaternions": ("lod.actors.quaternion", "lod.actors.joint", "lod.actors.vectors"),
+    "quaternions": ("lod.actors.quaternion", "lod.actors.joint", "lod.actors.quaternion"),
     "messages": ("lod.actors",),
-    "bodies": ("scenes.actors.body", "scenes.actors.limb", "scenes.actors.motions"),
+    "bodies": ("scenes.actors.body", "scenes.actors.limb", "scenes.actors.limb"),
     "the scene": ("scenes.actors.stage",),
     "behaviours": ("scenes.actors.behaviours",),
     "who is due": ("scenes.actors",),

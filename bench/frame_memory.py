@@ -16,8 +16,9 @@ from bench.records.claims import Claim, at_most, claim, within
 from bench.records.records import Point, columns
 from bench.statistics.estimates import exactly
 from scenes.presets.load import load_preset
+from scenes.processes.memory import peak_rss_bytes
 from scenes.render.exr.layers import write_exr
-from scenes.render.memory import ExtraBuffers, peak_rss_bytes, predict_bytes
+from scenes.render.memory import ExtraBuffers, predict_bytes
 from scenes.render.variants import JIT_VARIANT, SCALAR_VARIANT
 from scenes.scene import Scene, frame_quality
 

@@ -52,7 +52,7 @@ class Scene:
     """A checked preset and its world, which is built when it is first asked for.
 
     preset          or the name or path of one
-    performance     what its actors do, where that is known already
+    performance     gives what its actors do, where that is known already
     prototype_seed  every seed gives other individuals of the species; frames are made with the
                     default, so that only experiments meet others
 
@@ -62,7 +62,7 @@ class Scene:
     def __init__(
         self,
         preset: Preset | str,
-        performance: Performance | None = None,
+        performance: Callable[[], Performance] | None = None,
         prototype_seed: int = PROTOTYPE_SEED,
     ) -> None:
         self.preset = load_preset(preset) if isinstance(preset, str) else preset

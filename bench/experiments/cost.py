@@ -19,10 +19,6 @@ import numpy as np
 
 from bench.children import run_in_child
 from bench.experiment import Experiment, Table, Topic
-from bench.experiments.fidelity.equal_error import EQUAL_ERROR
-from bench.experiments.fidelity.shipped.claims import errors
-from bench.experiments.fidelity.shipped.pictures import flips
-from bench.fields.judged_seeds import first_seed
 from bench.frame_costs import (
     WORLD,
     AllWorlds,
@@ -33,9 +29,12 @@ from bench.frame_costs import (
     window_costs,
 )
 from bench.frame_memory import GROWTH, HELD, Held, measure_memory, memory_claims
-from bench.plots.plot import Curve, Plot, curves
+from bench.images.compare import errors, flips
+from bench.images.equal_error import EQUAL_ERROR
+from bench.plots import Curve, Plot, curves
 from bench.records.claims import Bound, Claim, Kind, at_least, at_most, claim, equals, within
 from bench.records.records import Column, Point, Record, columns, grouped, where
+from bench.seeds import first_seed
 from bench.statistics.estimates import (
     LEAST_REPEATS,
     Estimate,
@@ -43,8 +42,7 @@ from bench.statistics.estimates import (
     two_sided_factor,
     two_sided_median,
 )
-from bench.statistics.extrapolated_error import one_sided_mean
-from bench.statistics.power_law import compare_with_log, fit_exponent
+from bench.statistics.fits import compare_with_log, fit_exponent, one_sided_mean
 from bench.timing import (
     Command,
     Sampling,

@@ -27,16 +27,17 @@ import numpy as np
 
 from bench.children import run_in_child
 from bench.experiment import Experiment, Table, Topic
-from bench.experiments.fidelity.equal_error import EQUAL_ERROR
-from bench.experiments.fidelity.image_errors import (
+from bench.frame_costs import Picture
+from bench.images.compare import (
     BAND_EDGES_M,
-    BANDS,
+    PAIR_BANDS,
     Reference,
-    band_name,
+    mean_flip,
+    pair_band_name,
     picture_errors,
     reference_of,
 )
-from bench.frame_costs import Picture
+from bench.images.equal_error import EQUAL_ERROR
 from bench.methods.catalogue import CLIPPED, methods
 from bench.methods.comparison import (
     AtEqualError,
@@ -56,13 +57,13 @@ from bench.methods.environments import CYCLES, VIDEO
 from bench.methods.method import Method
 from bench.methods.runner import STAGES, Runner, Window, make_one_frame
 from bench.methods.video import just_objectionable_differences
-from bench.plots.plot import Curve, Plot, curves
+from bench.plots import Curve, Plot, curves
 from bench.records.claims import Claim, at_most, claim
 from bench.records.records import Column, Point, Record, grouped, where
 from bench.statistics.estimates import two_sided_factor
-from bench.statistics.excess_flip import mean_flip
 from scenes.frame.layers import SKY_Z, Layers
-from scenes.render.memory import forecast, frame_bytes, memory_limit
+from scenes.processes.memory import memory_limit
+from scenes.render.memory import forecast, frame_bytes
 from scenes.render.pictures import auto_exposure, to_srgb
 from scenes.render.variants import choose
 from scenes.scene import Scene
@@ -222,7 +223,7 @@ def covered(tested: Sequence[Layers], reference: Sequence[Layers]) -> list[Colum
         for which, row in (("tested", tested), ("reference", reference)):
             things = [(each.Z >= low) & (each.Z < high) & (each.N[..., 2] < LEVEL) for each in row]
             counts = [int(np.count_nonzero(each)) for each in things]
-            made.append(Column("covered", counts, {"picture": which, "band": band_name(low)}))
+            made.append(Column("covered", counts, {"picture": which, "band": pair_band_name(low)}))
     return made
 
 
@@ -474,7 +475,7 @@ def _stage_table(record: Record) -> Table:
 
 
 def _tone_table(record: Record) -> Table:
-    light = [f"luminance {band}" for band in BANDS[:-1]]
+    light = [f"luminance {band}" for band in PAIR_BANDS[:-1]]
     heads = "world", "method", "setting", "excess FLIP", "relMSE", *light, "least cover", "variance"
     rows: list[tuple[str, ...]] = []
     for world, points in _worlds(record):
@@ -486,7 +487,7 @@ def _tone_table(record: Record) -> Table:
                     ", ".join(sorted({f"{p.case['setting']:g}" for p in near})),
                     _mean(map(excess, near), ".4f"),
                     _mean((optional(p, "relmse_bias").mean() for p in near), ".4f"),
-                    *(_mean((_tone(p, band) for p in near), ".3f") for band in BANDS[:-1]),
+                    *(_mean((_tone(p, band) for p in near), ".3f") for band in PAIR_BANDS[:-1]),
                     f"{min(map(least_covered, near)):.2f}" if near else "",
                     _mean((optional(p, "noise").mean() for p in near), ".3f"),
                 )

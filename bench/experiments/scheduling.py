@@ -17,7 +17,8 @@ import numpy as np
 
 from bench.acting import FPS, KINDS, Clearance, Feet, Meetings, Updating, Waiting
 from bench.experiment import Experiment, Table, Topic
-from bench.plots.plot import Curve, Plot, curves
+from bench.images.compare import PIXELS_PER_DEGREE
+from bench.plots import Curve, Plot, curves
 from bench.records.claims import Bound, Claim, at_least, at_most, claim, equals
 from bench.records.records import Column, Key, Point, Record, columns, grouped, where
 from bench.statistics.estimates import (
@@ -26,7 +27,6 @@ from bench.statistics.estimates import (
     two_sided_paired_ratio,
     two_sided_share,
 )
-from bench.statistics.excess_flip import PIXELS_PER_DEGREE
 from lod.arrays import Reals
 from lod.motion import critical_hz
 from lod.pruner import prune

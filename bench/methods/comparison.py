@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bench.experiments.fidelity.equal_error import EQUAL_ERROR, excesses
-from bench.experiments.fidelity.image_errors import BANDS
+from bench.images.compare import PAIR_BANDS
+from bench.images.equal_error import EQUAL_ERROR, excesses
 from bench.methods.runner import STAGES
 from bench.records.records import Key, Point, grouped
 from lod.arrays import Reals
@@ -152,8 +152,8 @@ def judged_error(point: Point) -> float:
 def least_covered(point: Point) -> float:
     """Return the least share of what covers a band that is still covered; 1 where nothing is."""
     shares = [1.0]
-    pixels = sum(point.values("pixels", band=band)[0] for band in BANDS)
-    for band in BANDS[:-1]:
+    pixels = sum(point.values("pixels", band=band)[0] for band in PAIR_BANDS)
+    for band in PAIR_BANDS[:-1]:
         tested, reference = (
             float(point.values("covered", picture=picture, band=band).mean())
             for picture in ("tested", "reference")

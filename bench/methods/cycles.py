@@ -16,12 +16,11 @@ from typing import Any
 
 import numpy as np
 
-from bench.experiments.fidelity.image_errors import EPSILON
+from bench.images.compare import EPSILON, mean_flip
 from bench.methods.catalogue import METHODS
 from bench.methods.environments import CYCLES, answer_of
 from bench.methods.runner import Runner, Window
 from bench.records.records import Column, Point
-from bench.statistics.excess_flip import mean_flip
 from scenes.render import variants
 from scenes.render.description import Description, describe_frame
 from scenes.render.pictures import auto_exposure, to_srgb

@@ -3,7 +3,7 @@
 A preset is seen through a lens of 50 mm. Its cut is compared with the cut of the same detail that
 does not know of the lens. The pictures of both, taken through the lens in a window of the world,
 are compared with that of everything there is: FLIP at several counts of samples, extrapolated to
-pictures without noise (``bench.statistics.extrapolated_error``), with one-sided 95 % bounds over
+pictures without noise (``bench.statistics.fits``), with one-sided 95 % bounds over
 pairs of seeds, over the pixels whose centre shows ground or objects of that distance, up to half
 the side of the window: beyond it a pruned picture still has the far cover of an endless field. The
 same extrapolation of two pictures of everything is the floor, and near 0.
@@ -21,7 +21,8 @@ import click
 import numpy as np
 
 from bench.cli.output import counted, table
-from bench.fields.part_sizes import (
+from bench.images.compare import LEAST_PAIRS, flip_by_pixel
+from bench.part_sizes import (
     COARSE_M,
     camera,
     count_sizes,
@@ -33,8 +34,7 @@ from bench.fields.part_sizes import (
 )
 from bench.records.study_record import study_record, write_study_record
 from bench.statistics.estimates import Estimate, two_sided_mean
-from bench.statistics.excess_flip import LEAST_PAIRS, flip_by_pixel
-from bench.statistics.extrapolated_error import noise_free, one_sided_mean
+from bench.statistics.fits import noise_free, one_sided_mean
 from lod.arrays import Reals
 from lod.camera import ThinLens
 from lod.errors import InputError

@@ -30,9 +30,8 @@ Refusal(who='joe/right leg',
         why="has no part 'foot'; the nearest known route is 'right leg/lower leg/foot'")
 """
 
-import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from typing import Any
 
 from lod.actors.joint import IDENTITY_JOINT, RevoluteJoint
 from lod.actors.message import Route, ask
@@ -43,50 +42,8 @@ from lod.actors.quaternion import (
     VectorLike,
     from_angles,
     rotation,
-    vector,
 )
 from lod.errors import InputError
-
-
-@dataclass(frozen=True, init=False)
-class ConeStick:
-    """A round cone with round ends, in the frame of the part that looks so.
-
-    start, end                centres of the two spheres [m]
-    start_radius, end_radius  above 0 [m]
-    albedo                    linear Rec.709, 0 to 1
-    """
-
-    start: Vector
-    end: Vector
-    start_radius: float
-    end_radius: float
-    albedo: Vector
-
-    def __init__(
-        self,
-        start: VectorLike,
-        end: VectorLike,
-        start_radius: float,
-        end_radius: float,
-        albedo: VectorLike = (0.5, 0.5, 0.5),
-    ) -> None:
-        for name, values in {"start": start, "end": end, "albedo": albedo}.items():
-            object.__setattr__(self, name, vector(values, f"stick.{name}"))
-        for name, radius in {"start_radius": start_radius, "end_radius": end_radius}.items():
-            if not (math.isfinite(radius) and radius > 0):
-                raise InputError(f"stick.{name}", radius, "a radius above 0 m")
-            object.__setattr__(self, name, float(radius))
-        if not all(0 <= share <= 1 for share in self.albedo):
-            raise InputError("stick.albedo", self.albedo, "three shares, 0 to 1")
-
-    def seen_from(self, frame: RevoluteJoint) -> "ConeStick":
-        """Return the stick in the frame that ``frame``, the joint of its part, is given in."""
-        return replace(self, start=frame.to_whole(self.start), end=frame.to_whole(self.end))
-
-
-Appearance = tuple[ConeStick, ...]
-"""What fills the appearance slot of an actor: sticks, or none at all."""
 
 Test = Callable[[Route, Vector], bool]
 
@@ -173,12 +130,12 @@ class PositionableObject(ObjectWithParts, abstract=True):
         return tuple(found)
 
     @query
-    def displayed_sticks(
+    def displayed_appearances(
         self, whole: RevoluteJoint = IDENTITY_JOINT, displayed: Test = always
-    ) -> tuple[tuple[Route, ConeStick], ...] | None:
-        """Return the sticks of every displayed part from here down, with routes from the root.
+    ) -> tuple[tuple[Route, RevoluteJoint, Any], ...] | None:
+        """Return what every displayed part from here down looks like: its route, frame and look.
 
-        whole      frame of the whole, in the frame that the sticks are wanted in
+        whole      frame of the whole, in the frame that the answers are wanted in
         displayed  test of a part's route and origin; below one that fails, nothing is asked (§2.4)
 
         It is None where this object fails that test itself.
@@ -187,31 +144,32 @@ class PositionableObject(ObjectWithParts, abstract=True):
         if not displayed(self._route, frame.position):
             return None
         below = [
-            self._ask_part(ask((name,), "displayed_sticks", frame, displayed))
+            self._ask_part(ask((name,), "displayed_appearances", frame, displayed))
             for name in self.part_names()
         ]
-        there = [sticks for sticks in below if sticks is not None]
+        there = [looks for looks in below if looks is not None]
         own = self._current_appearance(is_leaf=not there)
-        return tuple((self._route, each.seen_from(frame)) for each in own) + sum(there, ())
+        return ((self._route, frame, own), *sum(there, ()))
 
-    def _current_appearance(self, is_leaf: bool) -> Appearance:
-        """Return no sticks: an object that is only somewhere shows none."""
-        return ()
+    def _current_appearance(self, is_leaf: bool) -> Any:
+        """Return nothing: an object that is only somewhere has no appearance."""
+        return None
 
 
 class Actor(PositionableObject, abstract=True):
     """A positionable object that can be seen: it has an appearance slot; abstract (§3.1.1).
 
-    Its two appearances are the inner one and the leaf appearance, which stands for parts too small
-    to be displayed; by default they are the same (§2.4).
+    Any value may fill the slot: what it means is a matter of whoever draws it. Its two appearances
+    are the inner one and the leaf appearance, which stands for parts too small to be displayed; by
+    default they are the same (§2.4).
     """
 
     def __init__(
         self,
         parts: Mapping[str, ObjectWithParts] | None = None,
         joint: RevoluteJoint = IDENTITY_JOINT,
-        inner: Appearance = (),
-        leaf: Appearance | None = None,
+        inner: Any = None,
+        leaf: Any = None,
         part_types: Mapping[str, type[ObjectWithParts]] | None = None,
         name: str | None = None,
     ) -> None:
@@ -219,21 +177,21 @@ class Actor(PositionableObject, abstract=True):
         self._inner, self._leaf = inner, inner if leaf is None else leaf
 
     @query
-    def appearance(self) -> Appearance:
+    def appearance(self) -> Any:
         """Return the appearance as an inner node, in the actor's own frame."""
         return self._inner
 
     @query
-    def leaf_appearance(self) -> Appearance:
+    def leaf_appearance(self) -> Any:
         """Return the appearance while none of the actor's parts is displayed (§2.4)."""
         return self._leaf
 
     @mutator
-    def set_appearance(self, inner: Appearance, leaf: Appearance | None = None) -> None:
+    def set_appearance(self, inner: Any, leaf: Any = None) -> None:
         """Replace both appearances; the leaf appearance is the inner one if none is given."""
         self._inner, self._leaf = inner, inner if leaf is None else leaf
 
-    def _current_appearance(self, is_leaf: bool) -> Appearance:
+    def _current_appearance(self, is_leaf: bool) -> Any:
         return self._leaf if is_leaf else self._inner
 
 
@@ -249,7 +207,7 @@ class SimpleActor(Actor):
     def __init__(
         self,
         joint: RevoluteJoint = IDENTITY_JOINT,
-        inner: Appearance = (),
+        inner: Any = None,
         name: str | None = None,
     ) -> None:
         super().__init__(joint=joint, inner=inner, name=name)
@@ -262,8 +220,8 @@ class CompoundActor(Actor):
         self,
         parts: Mapping[str, ObjectWithParts],
         joint: RevoluteJoint = IDENTITY_JOINT,
-        inner: Appearance = (),
-        leaf: Appearance | None = None,
+        inner: Any = None,
+        leaf: Any = None,
         name: str | None = None,
     ) -> None:
         types = {part_name: type(part) for part_name, part in parts.items()}

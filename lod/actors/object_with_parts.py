@@ -7,7 +7,6 @@
 * A change is atomic: one that is refused or ends in an error leaves every part as it was.
 """
 
-import copy
 from collections.abc import Callable, Mapping
 from functools import wraps
 from inspect import Parameter, signature
@@ -297,25 +296,6 @@ class ObjectWithParts:
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self}>"
-
-    def __copy__(self: Kind) -> Kind:
-        return self.__deepcopy__({})
-
-    def __deepcopy__(self: Kind, memo: dict[int, Any]) -> Kind:
-        """Copy a whole with its parts. Raises InputError for a part: only its whole copies it."""
-        if self.__owner is not None:
-            raise InputError(str(self), "a copy", f"part of {self.__owner}: copy the whole")
-        return self.__cloned(memo)
-
-    def __cloned(self: Kind, memo: dict[int, Any]) -> Kind:
-        new = type(self).__new__(type(self))
-        memo[id(self)] = new
-        new.__name = self.__name
-        new.__parts = {name: part.__cloned(memo) for name, part in (self.__parts or {}).items()}
-        for part in new.__parts.values():
-            part.__owner = new
-        vars(new).update(copy.deepcopy(vars(self), memo))
-        return new
 
     def __getstate__(self) -> Never:
         raise TypeError(f"{self} stays in its process: send its answers")

@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lod.actors.actor import Appearance, CompoundActor, ConeStick
+from lod.actors.actor import CompoundActor
 from lod.actors.joint import JointLimits, RevoluteJoint
 from lod.actors.message import SEPARATOR, Route, ask, change
 from lod.actors.object_with_parts import mutator, query
@@ -107,28 +107,17 @@ def limb_routes(tree: LimbTree, so_far: Route = ()) -> dict[Route, int]:
     return found
 
 
-def build_limbs(prototype: RiggedPrototype, tree: LimbTree) -> tuple[dict[str, Limb], Appearance]:
-    """Build the limbs of a body at rest, by name, and what the body itself wears.
-
-    Each limb wears the sticks that ride on its joint while every part is displayed.
-    """
+def build_limbs(prototype: RiggedPrototype, tree: LimbTree) -> dict[str, Limb]:
+    """Build the limbs of a body at rest, by name; each wears its joint's row in the rig."""
     rig = prototype.rig
-    looks: list[list[ConeStick]] = [[] for _ in range(len(rig) + 1)]  # the body's own stand last
-    for table in prototype.full_detail_sticks():
-        albedo = prototype.tints[table.tint].tolist()
-        columns = table.start, table.end, table.start_radius, table.end_radius
-        rows = zip(table.start_joint.tolist(), *(c.tolist() for c in columns), albedo, strict=True)
-        for joint, *stick in rows:
-            looks[joint].append(ConeStick(*stick))
 
     def built(below: LimbTree) -> Limb:
         j = below.row
         limits = JointLimits(rig.low[j].tolist(), rig.high[j].tolist())
         here = RevoluteJoint(rig.offset[j].tolist(), rig.rest[j].tolist(), limits)
-        limbs = {name: built(each) for name, each in below.limbs}
-        return Limb(limbs, here, tuple(looks[j]))
+        return Limb({name: built(each) for name, each in below.limbs}, here, j)
 
-    return {name: built(below) for name, below in tree.limbs}, tuple(looks[-1])
+    return {name: built(below) for name, below in tree.limbs}
 
 
 def _name(prototype: RiggedPrototype, row: int) -> str:

@@ -6,7 +6,6 @@ from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
-from numba import njit
 
 from lod.arrays import ArrayData, FloatArray, Ints, Points
 from lod.motion import motion_steps
@@ -170,13 +169,23 @@ class SpeciesPrototypes:
         tables = self.part_tables
         position = self.positions(objects.instances, rows, part)
         limits = tables.limits_by_motion(view, objects.max_step)
-        inside, outside = _limits_at(limits, part, objects.motion_step[rows])
+        # Interpolated between whole steps of motion, as the traversal does it.
+        step = objects.motion_step[rows].astype(np.int64)
+        share, after = objects.motion_step[rows] - step, np.minimum(step + 1, len(limits) - 1)
+        sides = []
+        for side in range(2):
+            low = limits[step, part, side]
+            if objects.max_step > 0:
+                with np.errstate(invalid="ignore"):
+                    between = low + share * (limits[after, part, side] - low)
+                low = np.where(share > 0, between, low)
+            sides.append(low)
         return Parts(
             position=position,
             centre=position,
             bound=tables.bound[part],
-            limit=inside,
-            limit_offscreen=outside,
+            limit=sides[0],
+            limit_offscreen=sides[1],
             level=tables.level[part],
             object=rows,
             part=part,
@@ -252,23 +261,6 @@ def instances_in_view(
     corner = view.camera.corner
     steps = motion_steps(view.shutter, corner, view.theta, start, end, bound, own)
     return InstancesInView(instances, samples, steps)
-
-
-@njit(cache=True)
-def _limits_at(limits, part, motion_step):  # type: ignore[no-untyped-def]
-    """Limits of parts (n,), in view and out of it, (2, n) [m], as the traversal interpolates them.
-
-    limits (steps, m, 2) at whole steps of motion; motion_step (n,) of each part's object
-    """
-    found = np.empty((2, len(part)))
-    for i in range(len(part)):
-        step = int(motion_step[i])
-        share = motion_step[i] - step
-        for side in range(2):
-            found[side, i] = limits[step, part[i], side]
-            if share > 0:
-                found[side, i] += share * (limits[step + 1, part[i], side] - found[side, i])
-    return found
 
 
 def _max_sway(prototype: RiggedPrototype) -> float:

@@ -1,18 +1,16 @@
-"""A small record of the scaling experiment, measured once, and its report."""
+"""A small record of the experiment law, measured once, and its report."""
 
 from dataclasses import replace
 
 import pytest
 
-from bench.experiment import experiments
-from bench.experiments.scaling.measure import sampled_cases
-from bench.fields.cases import Case
-from bench.old_experiment import Effort
+from bench.counting import Case
+from bench.experiment import Topic
+from bench.experiments.law import EXPERIMENT, SampledCase
 from bench.records.records import write_record
 from bench.report.write import write_report
-from bench.runs import run_experiment
-
-EXPERIMENTS = experiments()
+from bench.runs import RunRequest, run_experiment
+from bench.statistics.estimates import StoppingRule
 
 
 @pytest.fixture(scope="session")
@@ -24,11 +22,12 @@ def record():
         *(replace(base, sweep="world", extent=50.0 * k) for k in (1, 10, 100)),
         *(replace(base, metric="bounded", detail=5.0 * k) for k in (1, 2)),
     )
-    effort = Effort("quick", {"target": 0.1, "least": 3, "most": 20})
+    sampled = [SampledCase(case, StoppingRule(0.1, 3, 20)) for case in grid]
+    topic = Topic(about="a few points", seconds=(1.0, 1.0))
     experiment = replace(
-        EXPERIMENTS["scaling"], cases=lambda effort, metric: sampled_cases(grid, effort)
+        EXPERIMENT, topics={"scaling": topic}, cases=lambda topic, sizes, metric: sampled
     )
-    return run_experiment(experiment, effort)
+    return run_experiment(experiment, RunRequest("law", ("scaling",), quick=True))
 
 
 @pytest.fixture(scope="session")

@@ -12,12 +12,13 @@ import pytest
 
 from bench.cli.main import main
 from bench.conformance import FORMULA, broken_plugin_rules, rabbits
+from bench.counting import scaling_grid
 from bench.experiment import experiments
-from bench.experiments.scaling import measure as scaling
-from bench.fields import cases as scaling_cases
-from bench.fields.cases import metric_cases
+from bench.experiments.law import EXPERIMENT as law
+from bench.experiments.law import SampledCase
 from bench.records.provenance import provenance
 from bench.runs import sources
+from bench.statistics.estimates import StoppingRule
 from lod.errors import InputError
 from lod.metric import METRICS, Metric
 from lod.pruner import prune
@@ -109,14 +110,14 @@ def test_a_broken_one_costs_a_clear_line(capfd, flags, says):
 
 @pytest.mark.usefixtures("package")
 def test_theirs_keep_the_rules_of_ours(capfd):
-    code, out, _ = said(capfd, "check", "halfway", "fence", "--json")
+    code, out, _ = said(capfd, "doctor", "--check", "halfway", "--check", "fence", "--json")
     assert code == 0
     assert [json.loads(line)["broken"] for line in out.splitlines()] == [{}, {}]
 
 
 @pytest.mark.usefixtures("package")
 def test_check_notices_and_names_what_is_broken(capfd):
-    code, out, err = said(capfd, "check", "sloppy", "missing")
+    code, out, err = said(capfd, "doctor", "--check", "sloppy", "--check", "missing")
     assert code == 1
     assert "another limit when asked alone" in out
     assert "No module named" in out
@@ -125,20 +126,17 @@ def test_check_notices_and_names_what_is_broken(capfd):
 
 @pytest.mark.usefixtures("package")
 def test_experiments_that_try_metrics_try_theirs_beside_ours(tmp_path, capfd, monkeypatch):
-    even = scaling_cases.cases()
-    some = [case for case in metric_cases("halfway") if case.sweep == "detail"][:3]
-    fast = replace(
-        EXPERIMENTS["scaling"],
-        cases=lambda effort, metric: scaling.sampled_cases((*even[:3], *some), effort),
-        quick={"target": 0.2, "least": 2, "most": 4},
-    )
-    monkeypatch.setitem(EXPERIMENTS, "scaling", fast)
+    grid = scaling_grid("halfway")
+    some = [case for case in grid if (case.metric, case.sweep) == ("halfway", "detail")][:3]
+    sampled = [SampledCase(each, StoppingRule(0.2, 2, 4)) for each in (*grid[:3], *some)]
+    fast = replace(law, cases=lambda topic, sizes, metric: sampled)
+    monkeypatch.setitem(EXPERIMENTS, "law", fast)
     code, out, err = said(
         capfd, "run", "scaling", "--quick", *HALFWAY, "-o", str(tmp_path), "--json"
     )
     assert code == 0, err
     names = {claim["name"] for claim in json.loads(out)["claims"]}
-    assert {"halfway/figure/objects/ratio", "blake/figure/objects/ratio"} <= names
+    assert {f"objects_displayed_over_predicted/{m}/figure" for m in ("halfway", "blake")} <= names
     for wrong, says in (
         (
             ("run", "scaling", "cost", *HALFWAY),

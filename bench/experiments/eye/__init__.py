@@ -11,7 +11,7 @@ EXPERIMENT = Experiment(
     full={"fields": 60},
     quick={"fields": 10},
     expected_seconds={"full": 40.0, "quick": 30.0},
-    **functions_of(__name__, scene_hash="bench.fields.part_sizes"),
+    **functions_of(__name__, scene_hash="bench.part_sizes"),
     caveats=(
         "Clear air, flat ground, a picture that stays 640 pixels wide.",
         "One standard observer, 20 to 30 years old, on a display of 100 cd/m² and 53°.",

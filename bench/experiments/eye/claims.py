@@ -1,6 +1,6 @@
 """What the eye experiment claims, judged from its raw points alone."""
 
-from bench.fields.part_sizes import part_counts, shares_kept
+from bench.part_sizes import part_counts, shares_kept
 from bench.records.claims import Claim
 from bench.records.old_claims import claim, verification
 from bench.records.records import Point, grouped, where

@@ -7,7 +7,8 @@ fineness (Barten's sensitivity, which has the eye's blur in it). Each is measure
 
 from dataclasses import dataclass
 
-from bench.fields.part_sizes import (
+from bench.old_experiment import Effort
+from bench.part_sizes import (
     COARSE_M,
     DENSITY,
     camera,
@@ -20,7 +21,6 @@ from bench.fields.part_sizes import (
     size_predictions,
     view_through,
 )
-from bench.old_experiment import Effort
 from bench.records.records import Column, Point, Prediction
 from lod.eye import Display
 from lod.view import View

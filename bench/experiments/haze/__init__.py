@@ -11,7 +11,7 @@ EXPERIMENT = Experiment(
     full={"fields": 80},
     quick={"fields": 12},
     expected_seconds={"full": 80.0, "quick": 60.0},
-    **functions_of(__name__, scene_hash="bench.fields.part_sizes"),
+    **functions_of(__name__, scene_hash="bench.part_sizes"),
     caveats=(
         "Flat ground and an eye 1.6 m up that looks all round; nothing hides anything.",
         "What is gone is what Barten's standard observer could not see on a display of 100 "

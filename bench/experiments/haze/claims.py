@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bench.fields.part_sizes import BOUNDS_M, SIZES, part_counts, shares_kept
+from bench.part_sizes import BOUNDS_M, SIZES, part_counts, shares_kept
 from bench.records.claims import Claim
 from bench.records.old_claims import claim, verification
 from bench.records.records import Point, grouped

@@ -7,7 +7,8 @@ there.
 
 from dataclasses import dataclass, replace
 
-from bench.fields.part_sizes import (
+from bench.old_experiment import Effort
+from bench.part_sizes import (
     SizeCounts,
     camera,
     count_sizes,
@@ -19,7 +20,6 @@ from bench.fields.part_sizes import (
     size_predictions,
     view_through,
 )
-from bench.old_experiment import Effort
 from bench.records.records import Column, Point
 from lod.air import Air, least_extinction
 from lod.view import View

@@ -6,7 +6,7 @@ import math
 import pytest
 
 from bench.cli.main import main
-from bench.count.count_frame import count
+from bench.frame_counts import count
 from scenes.presets.load import load_preset
 from scenes.scene import Scene
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from bench.cli.flags import frame_numbers, memory_size
+from bench.cli.flags import frame_numbers, memory_limit_bytes
 from lod.errors import InputError
 from scenes.files import check_pattern, frame_path, make_folder
 
@@ -69,7 +69,7 @@ def test_a_folder_that_cannot_be_made_leaves_nothing(tmp_path: Path) -> None:
 
 
 def test_memory_sizes():
-    assert memory_size("4GB") == 4_000_000_000 and memory_size("1.5 gib") == 3 * 2**29
+    assert memory_limit_bytes("4GB") == 4_000_000_000 and memory_limit_bytes("1.5 gib") == 3 * 2**29
     for text in ("4", "GB", "0GB", "-1GB", "4TB", "nanGB", ""):
         with pytest.raises(InputError, match="--max-memory"):
-            memory_size(text)
+            memory_limit_bytes(text)

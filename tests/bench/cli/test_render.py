@@ -119,7 +119,6 @@ def test_a_film_that_fails_spoils_nothing(
         "a.0001.exr",
         "a.0002.exr",
         "a.png",
-        "manifest.json",
     }
 
 

@@ -100,8 +100,7 @@ def test_each_signal_ends_a_sequence_tidily(right: Path, tmp_path: Path, number:
     assert (process.returncode, err) == (128 + number, "lodbench: interrupted\n")
     end = json.loads(out.splitlines()[-1])
     frames = sorted(path.name for path in (tmp_path / "out").iterdir())
-    assert len(frames) == end["done"] + 1 < 500
-    assert frames[-1] == "manifest.json"
+    assert len(frames) == end["done"] < 500
     assert Path(first["path"]).name == frames[0]
     time.sleep(0.1)
     with pytest.raises(ProcessLookupError):  # nobody of its group is left

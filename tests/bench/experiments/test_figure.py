@@ -6,46 +6,51 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from bench.experiment import experiments
-from bench.experiments.figure.cases import (
+from bench.experiment import Topic
+from bench.experiments import figure as cases
+from bench.experiments import figure as claims
+from bench.experiments import figure as plots
+from bench.experiments.figure import (
+    COUNTED,
     EVERYTHING,
+    EXPERIMENT,
     METRICS,
     PERSON,
     POINTS_PER_JOINT,
-    Curve,
-    curves,
-    looked_from,
-    object_of,
-)
-from bench.experiments.figure.claims import (
-    COUNTED,
     POSED,
     SIZED,
+    Approach,
     Counted,
+    Curve,
     counted,
-    judge,
+    displayed_parts,
+    exponent,
+    halves,
+    line,
+    looked_from,
     no_smaller,
-    readings,
+    object_of,
+    rank_correlation,
     sized,
+    tables,
 )
-from bench.experiments.figure.fit import RESAMPLES, exponent, halves, line, rank_correlation
-from bench.experiments.figure.part_counts import approaches, count, displayed_parts, sizes
-from bench.experiments.figure.plots import plots, point_table
-from bench.experiments.figure.posing import posing
-from bench.old_experiment import Effort
+from bench.posing import posing_times
 from bench.records.records import Point, columns, read_record, write_record
 from bench.report.write import write_report
-from bench.runs import run_experiment
+from bench.runs import RunRequest, run_experiment
 from bench.statistics.estimates import two_sided_median
 from lod.camera import Corner, camera_from_heading
 from lod.errors import InputError
 from lod.pruner import Parts, prune
 from lod.shapes import Sticks
 
-EXPERIMENTS = experiments()
+SIZES = {"poses": 6, "distances": 8, "repeats": 8, "posed": 3}
+SMALL = replace(EXPERIMENT, topics={"figure": Topic(about="", quick=SIZES, seconds=(1, 1))})
+CURVES = [case.curve for case in cases("figure", SIZES) if isinstance(case, Approach)]
 
 
-SMALL = Effort("quick", {"poses": 6, "distances": 8, "repeats": 8, "posed": 3})
+def count(curve, poses, distances, seed):
+    return displayed_parts(curve, looked_from(distances, poses), seed)
 
 
 def chance(seed):
@@ -56,13 +61,13 @@ def chance(seed):
 
 
 def test_every_kind_has_every_metric_and_the_person_is_exaggerated_too():
-    pairs = {(c.kind, c.metric) for c in curves() if c.detail == 1}
+    pairs = {(c.kind, c.metric) for c in CURVES if c.detail == 1}
     assert pairs == {(kind, metric) for kind in EVERYTHING for metric in METRICS}
-    assert {c.metric for c in curves() if c.kind == PERSON and c.detail > 1} == set(METRICS)
-    assert len(curves()) == len(set(curves())) == 21
+    assert {c.metric for c in CURVES if c.kind == PERSON and c.detail > 1} == set(METRICS)
+    assert len(CURVES) == len(set(CURVES)) == 21
 
 
-@pytest.mark.parametrize("curve", curves(), ids=str)
+@pytest.mark.parametrize("curve", CURVES, ids=str)
 def test_distances_run_from_all_parts_to_one(curve):
     tree = object_of(curve.kind).hierarchy
     counts = count(curve, 20, curve.distances(30), 0)
@@ -131,8 +136,9 @@ class Single:
 def test_counts_are_those_of_the_pruner_on_the_posed_object(kind, metric):
     curve, thing = Curve(kind, metric, 1.0), object_of(kind)
     far = looked_from(curve.distances(9), 3)
-    found = displayed_parts(approaches(thing, 3, chance(1)), curve.limits, far)
-    rng = chance(1)  # the same draws, spent the same way
+    found = displayed_parts(curve, far, 1)
+    drawn = np.random.SeedSequence((1, EVERYTHING.index(kind)))
+    rng = np.random.Generator(np.random.Philox(drawn))  # the same draws, spent the same way
     turns = thing.rig.random_turns(rng, 3)
     directions = rng.normal(size=(3, 3))
     for pose in range(3):
@@ -264,33 +270,38 @@ def posed(ratio):
 
 
 def verdicts(*points, ratio=0.9):
-    return {c.name: c.verdict for c in judge((*points, posed(ratio)))}
+    return {c.name: c.verdict for c in claims((*points, posed(ratio)))}
 
 
 def test_each_reading_counts_over_its_own_distances():
     far = np.array([[1.0], [2.0], [4.0], [8.0], [16.0]])
     counts = np.array([[9], [9], [5], [1], [0]])
     curve = Counted(PERSON, "blake", 1.0, parts=9, fits=2.0, distances=far, counts=counts)
-    kept = {name: np.flatnonzero(keep(curve)).tolist() for name, _, keep in readings(curve)}
+    kept = {name: np.flatnonzero(chosen).tolist() for name, chosen in curve.readings().items()}
     assert kept == {
-        "exponent": [2],
-        "exponent_whole": [1, 2, 3],
-        "exponent_visible": [0, 1, 2, 3],
+        "1 < parts < all": [2],
+        "all in the picture": [1, 2, 3],
+        "visible": [0, 1, 2, 3],
     }
 
 
 def test_a_true_square_root_holds_and_others_are_refuted():
-    name = "blake/rabbit/exponent"
+    name = "exponent_of_parts_displayed_against_distance/blake/rabbit/1_parts_all"
     assert verdicts(*planted(-0.5))[name] == "holds"
     assert verdicts(*planted(-0.41))[name] == "holds"
     for power in (-0.35, -0.7, -1.0):
         assert verdicts(*planted(power))[name] == "refuted"
 
 
+RANK = "rank_correlation_of_p_with_level"
+NO_SMALLER = "share_of_parts_no_smaller_than_their_whole"
+
+
 def test_sizes_that_fall_hold_and_those_that_grow_are_refuted():
-    good = verdicts(levels([900 - 30 * k for k in range(20)]))
-    bad = verdicts(levels([300 + 30 * k for k in range(20)]))
-    for name in ("sizes/rabbit/rank", "sizes/rabbit/no_smaller"):
+    falling = [900 - 20 * k for k in range(30)]
+    falling[15:17] = falling[15:17][::-1]  # one part in 29 is larger than its whole
+    good, bad = verdicts(levels(falling)), verdicts(levels(falling[::-1]))
+    for name in (f"{RANK}/rabbit", f"{NO_SMALLER}/rabbit"):
         assert (good[name], bad[name]) == ("holds", "refuted")
 
 
@@ -299,8 +310,8 @@ def test_equal_parts_are_no_smaller():
     assert no_smaller(whole, size) == pytest.approx(1 / 3)
 
 
-def test_cheaper_holds_and_dearer_is_refuted():
-    name = "posing/person/composing"
+def test_cheaper_holds_and_more_expensive_is_refuted():
+    name = "processor_time_quaternions_over_matrices/person/composing"
     assert verdicts(ratio=0.9)[name] == "holds"
     assert verdicts(ratio=1.1)[name] == "refuted"
 
@@ -309,17 +320,16 @@ def test_cheaper_holds_and_dearer_is_refuted():
 
 
 def test_both_ways_of_posing_agree():
-    for task, points in POINTS_PER_JOINT.items():
-        found, times = posing(task, 20, 6, 0)
-        assert found["points"] == points * found["joints"]
-        assert found["apart_m"] <= 1e-12
+    for points in POINTS_PER_JOINT.values():
+        apart, times = posing_times(object_of(PERSON).rig, 20, points, 6, 0)
+        assert apart <= 1e-12
         assert [len(each) for each in times.values()] == [6, 6]
         assert min(map(min, times.values())) > 0
 
 
 @pytest.fixture(scope="module")
 def record():
-    return run_experiment(EXPERIMENTS["figure"], SMALL, seed=3)
+    return run_experiment(SMALL, RunRequest("figure", ("figure",), True, 3))
 
 
 def test_a_run_is_its_record_and_its_report(record, tmp_path):
@@ -327,14 +337,14 @@ def test_a_run_is_its_record_and_its_report(record, tmp_path):
     text = "".join(path.read_text(encoding="utf-8") for path in write_report(tmp_path))
     assert all(f"| {claim.name} |" in text for claim in record.claims)
     assert record.provenance.seed == 3
-    assert record.notes["poses"] == 6 and record.notes["bootstrap_samples"] == RESAMPLES
+    assert record.notes["sizes"]["figure"] == SIZES
 
 
 def test_the_same_seed_gives_the_same_samples(record):
-    again = run_experiment(EXPERIMENTS["figure"], SMALL, seed=3)
+    again = run_experiment(SMALL, RunRequest("figure", ("figure",), True, 3))
     timeless = [[p for p in r.points if p.case["what"] != POSED] for r in (record, again)]
     assert timeless[0] == timeless[1]
-    judged = [[c for c in r.claims if not c.name.startswith("posing")] for r in (record, again)]
+    judged = [[c for c in r.claims if not c.name.startswith("processor")] for r in (record, again)]
     assert judged[0] == judged[1]
 
 
@@ -342,10 +352,10 @@ def test_every_kind_is_claimed_alike_and_every_reading_has_its_row(record):
     names = [claim.name for claim in record.claims]
     assert len(names) == len(set(names)) == 15 + 3 * 3 + 3 * 3 + 12 + 2
     for kind in EVERYTHING:
-        wanted = {f"{metric}/{kind}/exponent" for metric in METRICS}
-        assert wanted | {f"sizes/{kind}/rank", f"sizes/{kind}/no_smaller"} <= set(names)
-    heads, rows = point_table(record)
-    assert len(rows) == sum(len(readings(c)) for c in counted(record.points)) == 33
+        assert {f"{RANK}/{kind}", f"{NO_SMALLER}/{kind}"} <= set(names)
+        assert len([c for c in record.claims if c.condition["object"] == kind]) >= 5
+    ((_, (heads, rows)),) = tables(record)
+    assert len(rows) == sum(len(c.readings()) for c in counted(record.points)) == 33
     assert {len(row) for row in rows} == {len(heads)}
 
 
@@ -363,4 +373,4 @@ def test_the_record_holds_every_part(record):
         tree = object_of(kind).hierarchy
         assert np.array_equal(found["level"], tree.level)
         assert np.abs(found["P_um"] / 1e6 - tree.P).max() < 1e-6
-        assert sizes(kind)["whole"] == tree.parent.tolist()
+        assert np.array_equal(found["whole"], tree.parent)

@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bench import part_sizes as sight_measure
 from bench.experiment import experiments
 from bench.experiments.eye import measure as eye_experiment
 from bench.experiments.eye.measure import Case as EyeCase
 from bench.experiments.haze import measure as haze_experiment
 from bench.experiments.haze.measure import Case as HazeCase
-from bench.fields import part_sizes as sight_measure
-from bench.fields.part_sizes import SIZES, part_counts, predicted_parts, prototypes_with, size_class
+from bench.part_sizes import SIZES, part_counts, predicted_parts, prototypes_with, size_class
 from bench.runs import run_experiment
 from bench.statistics.estimates import two_sided_share
 from lod.errors import InputError

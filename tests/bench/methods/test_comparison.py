@@ -11,8 +11,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from bench.experiments.fidelity.equal_error import EQUAL_ERROR
-from bench.experiments.fidelity.image_errors import BANDS
 from bench.experiments.methods import (
     EXPERIMENT,
     MOST_BYTES,
@@ -25,6 +23,8 @@ from bench.experiments.methods import (
     tables,
 )
 from bench.frame_costs import Picture
+from bench.images.compare import PAIR_BANDS
+from bench.images.equal_error import EQUAL_ERROR
 from bench.methods import environments
 from bench.methods.catalogue import culled_beyond, methods
 from bench.methods.comparison import (
@@ -58,14 +58,14 @@ def point(arm, setting, excess, seconds, field=0, megabytes=100.0, cover=1.0):
     held = Column("peak_bytes", [round(1e6 * megabytes)])
     case = {"kind": "crowd", "objects": 1e3, "field": field, "arm": arm, "setting": setting}
     shown = [*_shown("reference", 1.0), *_shown("tested", cover)]
-    pixels = [Column("pixels", [1000], {"band": band}) for band in BANDS]
+    pixels = [Column("pixels", [1000], {"band": band}) for band in PAIR_BANDS]
     samples = (flip, floor, ssim, *times, held, *pixels, *shown, Column("sticks", [7]))
     return Point(case, samples=samples)
 
 
 def _shown(picture, cover):
-    shares = [1.0] * (len(BANDS) - 2) + [cover, 1.0]
-    for band, share in zip(BANDS, shares, strict=True):
+    shares = [1.0] * (len(PAIR_BANDS) - 2) + [cover, 1.0]
+    for band, share in zip(PAIR_BANDS, shares, strict=True):
         yield Column("covered", [round(500 * share)], {"picture": picture, "band": band})
 
 

@@ -1,6 +1,5 @@
 """The rules of §3.2 over generated hierarchies and routes."""
 
-import copy
 import struct
 
 import pytest
@@ -220,18 +219,4 @@ def test_a_kept_part_answers_to_its_whole_only(case):
             call()
     with pytest.raises(ValueError, match="is part of root"):
         part.turn((0, 0, 1), 40)
-    with pytest.raises(InputError, match="copy the whole"):
-        copy.deepcopy(part)
     assert state(actor) == before
-
-
-@given(addressed(), places)
-def test_a_copy_is_a_whole_of_its_own(case, place):
-    family, route = case
-    actor = assembled(family)
-    for copied in (copy.copy(actor), copy.deepcopy(actor)):
-        before = state(actor)
-        assert state(copied) == before
-        copied.receive(change(route, "place", (*place[:2], 99.0))).value  # noqa: B018
-        assert state(actor) == before
-        assert state(copied) != before

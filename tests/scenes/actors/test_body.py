@@ -46,10 +46,15 @@ def posed_by_kernel(prototype):
     return np.concatenate(rows)
 
 
-def posed_by_actor(actor):
+def posed_by_actor(who, actor):
     """The same by the actors' own recursive answers."""
-    shown = actor.receive(ask("", "displayed_sticks")).value
-    return np.array([(*s.start, *s.end, s.start_radius, s.end_radius) for _, s in shown])
+    rows = []
+    for _, frame, joint in actor.receive(ask("", "displayed_appearances")).value:
+        for table in who.full_detail_sticks():
+            for k in np.flatnonzero(table.start_joint == joint).tolist():
+                ends = frame.to_whole(table.start[k]), frame.to_whole(table.end[k])
+                rows.append((*ends[0], *ends[1], table.start_radius[k], table.end_radius[k]))
+    return np.array(rows)
 
 
 def in_order(rows):
@@ -65,7 +70,7 @@ def test_messages_pose_the_crowds_sticks(name):
         for route, row in routes.items():
             turn = Quaternion(*pose[row].tolist())
             actor.receive(change(route, "orient", turn)).value  # noqa: B018
-        mine, theirs = posed_by_kernel(pose_of(who, actor)), posed_by_actor(actor)
+        mine, theirs = posed_by_kernel(pose_of(who, actor)), posed_by_actor(who, actor)
         assert mine.shape == theirs.shape
         nearest = np.abs(mine[:, None] - theirs[None]).max(axis=2).min(axis=1)
         assert nearest.max() < 1e-9

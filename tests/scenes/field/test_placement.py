@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bench.count.count_frame import count
+from bench.frame_counts import count
 from lod.camera import GRID_M, Corner, camera_from_heading, split_position
 from lod.crossfade import blend_weights
 from lod.metric import METRICS

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bench.count.count_frame import predict
-from bench.fields.scene import FLAT, prototypes_of
+from bench.counting import FLAT, prototypes_of
+from bench.frame_counts import predict
 from lod.camera import Corner, camera_from_heading
 from lod.errors import InputError
 from lod.metric import METRICS

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bench.count.count_frame import predict
+from bench.frame_counts import predict
 from lod.camera import Corner, camera_from_heading
 from lod.law import chained_limits, count_variance, disc_areas, expected_count
 from lod.metric import METRICS

@@ -1,1 +1,0 @@
-"""Counts of frames that are pruned and not rendered."""

@@ -1,0 +1,553 @@
+"""Does what a frame displays follow the law, and is depth complexity bounded? (§4.1)
+
+``scaling`` sweeps one quantity of K(P + R)²/m² at a time, prefactor and all; and then, one at a
+time, what the flat-ground model πK((P + R)/m)² leaves out: several species, hills, uneven K, limits
+near the eye, high eyes and haze. The extended model must predict every case. The flat-ground model
+is tried at the mildest and at the hardest case of each sweep: where the extended model is further
+from it than the margin, it is expected to fail.
+
+``depth`` tests level rays all round against every stick that is displayed: a line pierces a stick
+where a point of its axis is nearer to the line than the radius there. Pruned, the count should
+depend neither on the size of the world nor on the direction; unpruned, it grows with its radius.
+"""
+
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy import stats
+
+from bench.counting import (
+    BEYOND,
+    COLUMNS,
+    EYE_HEIGHT_M,
+    FLAT,
+    SWEEPS,
+    Case,
+    count_field,
+    field_seed,
+    pierced,
+    predict,
+    scaling_grid,
+)
+from bench.experiment import Experiment, Topic
+from bench.part_sizes import camera, prototypes_with, seed_of
+from bench.plots import Curve, Plot, against_law, curves
+from bench.records.claims import Claim, at_most, claim, within
+from bench.records.records import Column, Point, Record, columns, grouped, predictions, where
+from bench.statistics.estimates import (
+    TWO_SIDED_TAILS,
+    Estimate,
+    StoppingRule,
+    fields_needed,
+    sample,
+    two_sided_mean,
+    two_sided_paired_ratio,
+    two_sided_ratio,
+    two_sided_slope,
+    worst_error,
+)
+from lod.arrays import Reals
+from lod.crossfade import blend_weights
+from lod.metric import METRICS
+from lod.pruner import prune
+from lod.view import View
+from scenes.field.species_field import Species, SpeciesField
+
+# Cases and what is measured of them.
+
+EXTENTS_M = (75.0, 150.0, 300.0, 450.0)
+DEPTH_DENSITY = 4e-3
+DEPTH_DETAIL_PX, DEPTH_WIDTH_PX = 4.0, 320
+"""Detail and width of the picture [px]: a person is displayed within some 130 m."""
+
+QUADRANTS, RAYS = 4, 32
+"""The rays in each quadrant; they are even, and the first direction is random."""
+
+RAY_HEIGHT_M = 1.2
+"""Height of the rays [m], at which they meet chests and arms."""
+
+PRUNED, UNPRUNED = "blake", "full"
+
+
+@dataclass(frozen=True)
+class SampledCase:
+    """A case of ``scaling``, and the rule that says when it has enough fields."""
+
+    case: Case
+    rule: StoppingRule
+
+    @property
+    def label(self) -> str:
+        """The name of the case, in short."""
+        return f"{self.case.species}, {self.case.metric}, {self.case.sweep}"
+
+
+@dataclass(frozen=True)
+class DepthCase:
+    """A side of the world [m], the metric that prunes it, and how many fields are measured."""
+
+    extent: float
+    metric: str
+    fields: int
+
+
+def cases(
+    topic: str, sizes: Mapping[str, Any], metric: str | None = None
+) -> list[SampledCase] | list[DepthCase]:
+    """Return the cases of a topic; an installed metric is tried beside the built-in ones."""
+    if topic == "scaling":
+        return [SampledCase(case, StoppingRule(**sizes)) for case in scaling_grid(metric)]
+    return [DepthCase(e, m, sizes["fields"]) for e in EXTENTS_M for m in (PRUNED, UNPRUNED)]
+
+
+def measure(case: SampledCase | DepthCase, seed: int) -> Point:
+    """Count as many independent fields of a case as its means need, or what rays pierce in it."""
+    if isinstance(case, DepthCase):
+        rows = np.array([pierced_in_field(case, seed, k) for k in range(case.fields)])
+        found = [Column("pierced", rows[:, k].tolist(), {"quadrant": k}) for k in range(QUADRANTS)]
+        named = {"topic": "depth", "extent": case.extent, "metric": case.metric}
+        return Point(named, samples=tuple(found))
+    field, rule, law = case.case, case.rule, predict(case.case)
+    pairs = (law.objects, law.objects_variance), (law.parts, law.parts_variance)
+    needed = max(fields_needed(mean, variance, rule.target) for mean, variance in pairs)
+
+    def draw(index: int) -> tuple[int, ...]:
+        return count_field(field, field_seed(field.as_json(), seed, index))
+
+    # Objects and parts displayed, the first two columns, decide how many fields there are.
+    counts = sample(draw, needed, 2, rule)
+    samples = dict(zip(COLUMNS, map(list, zip(*counts, strict=True)), strict=True))
+    named = {"topic": "scaling", **field.as_json()}
+    return Point(named, predictions(law.as_json()), columns(samples))
+
+
+def pierced_in_field(case: DepthCase, seed: int, index: int) -> list[int]:
+    """Count the sticks that all rays of each quadrant together pierce, in one field."""
+    view = View(camera(DEPTH_WIDTH_PX), METRICS[case.metric], DEPTH_DETAIL_PX, look_around=True)
+    own = seed_of("depth", seed, index)
+    species = Species("depth", prototypes_with("figure", None), DEPTH_DENSITY)
+    field = SpeciesField(species, own, FLAT, case.extent)
+    cut = prune(field, view)
+    shape = field.prototypes.sticks(cut.parts, blend_weights(cut, view))
+    eye = np.array((view.camera.eye[0], view.camera.eye[1], RAY_HEIGHT_M))
+    turn = np.random.Generator(np.random.Philox(own)).random()
+    angle = (np.arange(QUADRANTS * RAYS) + turn) * math.tau / (QUADRANTS * RAYS)
+    rays = np.stack((np.cos(angle), np.sin(angle), np.zeros(len(angle))), axis=1)
+    found: list[int] = pierced(shape, eye, rays).reshape(QUADRANTS, RAYS).sum(axis=1).tolist()
+    return found
+
+
+# Claims, from raw points alone.
+
+FAR = 20.0
+"""The limit distance, in eye heights, from which on slopes against m are claimed."""
+
+POOLED, SINGLE = 0.005, 0.02
+"""How far a ratio may be from 1: of one metric and species over all sweeps, and of one sweep."""
+
+_LAW, _PREFACTOR = "§4.1", "§4.1, prefactor"
+
+
+class Rows(NamedTuple):
+    """Fields of some points, one row each: counts, swept values, predictions and dispersion."""
+
+    counts: np.ndarray
+    swept: np.ndarray
+    predicted: np.ndarray
+    dispersion: np.ndarray
+
+    def against_sweep(self) -> Estimate:
+        """Estimate the exponent of counts against what was swept."""
+        return two_sided_slope(self.counts, self.swept, self.dispersion)
+
+    def against_prediction(self) -> Estimate:
+        """Estimate the exponent of counts against the law's prediction."""
+        return two_sided_slope(self.counts, self.predicted, self.dispersion)
+
+    def over_prediction(self) -> Estimate:
+        """Estimate measured ÷ predicted, one number over all fields."""
+        return two_sided_ratio(self.counts, self.predicted, self.dispersion)
+
+
+def case_of(point: Point) -> Case:
+    """Return the case of a point of ``scaling``."""
+    return Case(**{key: value for key, value in point.case.items() if key != "topic"})
+
+
+def swept(point: Point) -> float:
+    """Return the quantity that the point's sweep varies; of ``size``, P + R [m]."""
+    case = case_of(point)
+    if case.sweep == "size":
+        return point.prediction("P_plus_R")
+    value = getattr(case, ({**SWEEPS, **BEYOND})[case.sweep].key)
+    return math.inf if value is None else float(value)
+
+
+def rows(points: Iterable[Point], what: str, examined: bool = False) -> Rows:
+    """Return all fields of the points; ``what`` is ``objects`` or ``parts``."""
+    column = f"{what}_examined" if examined else what
+    counts, values = [], []
+    for point in points:
+        mean = point.prediction(what)
+        row = swept(point), mean, point.prediction(f"{what}_variance") / mean
+        counts.append(point.values(column))
+        values.append(np.tile(row, (len(counts[-1]), 1)))
+    return Rows(np.concatenate(counts), *np.concatenate(values).T)
+
+
+def by_kind(points: Iterable[Point]) -> dict[tuple[Any, ...], list[Point]]:
+    """Group points of SWEEPS by species and metric, in the order they come."""
+    chosen = [point for point in points if point.case.get("sweep") in SWEEPS]
+    return grouped(chosen, "species", "metric")
+
+
+def noise_of(points: Sequence[Point]) -> dict[str, float]:
+    """Estimate the variance of fields about their prediction ÷ the variance of the law."""
+    return {
+        f"{metric}/{species}/{what}": round(rows(chosen, what).over_prediction().scale, 4)
+        for (species, metric), chosen in by_kind(points).items()
+        for what in ("objects", "parts")
+    }
+
+
+def beyond(point: Point) -> bool:
+    """Say whether the world reaches beyond the limit distance on all sides."""
+    return float(point.case["extent"] or np.inf) > 2 * point.prediction("farthest_limit")
+
+
+def claims(points: tuple[Point, ...]) -> tuple[Claim, ...]:
+    """Return every claim that points of either topic decide."""
+    made: list[Claim] = []
+    for (species, metric), chosen in by_kind(points).items():
+        made += _of_kind({"metric": metric, "species": species}, chosen)
+    for sweep in BEYOND:
+        if chosen := where(points, sweep=sweep):
+            made += _beyond_claims(sweep, chosen)
+    if depth := where(points, topic="depth"):
+        made += _depth_claims(depth)
+    return tuple(made)
+
+
+def _of_kind(kind: dict[str, str], points: list[Point]) -> list[Claim]:
+    """Claim exponents and prefactor of one species and metric, and what is examined for it."""
+    made = []
+
+    def verify(estimand: str, bound: Any, found: Estimate, source: str, **more: str) -> None:
+        told = {**kind, **more}
+        made.append(
+            claim(estimand, bound, told, found, unit="field", source=source, kind="verification")
+        )
+
+    for name in SWEEPS if kind["metric"] == PRUNED else ("density",):
+        sweep = SWEEPS[name]
+        chosen = [p for p in where(points, sweep=name) if _is_claimed(name, p)]
+        if len({swept(p) for p in chosen}) > 1:
+            found = rows(chosen, "objects").against_sweep()
+            estimand = f"exponent of objects displayed against {sweep.symbol}"
+            verify(estimand, within(*sweep.exponent), found, _LAW, sweep=name)
+    for what in ("objects", "parts"):
+        data = rows(points, what)
+        estimand = f"exponent of {what} displayed against {what} predicted"
+        verify(estimand, within(1, 0.02), data.against_prediction(), _PREFACTOR)
+        found = data.over_prediction()
+        verify(f"{what} displayed ÷ predicted", within(1, POOLED), found, _PREFACTOR)
+    world = [p for p in where(points, sweep="world") if beyond(p)]
+    endless = where(points, extent=None)
+    if len(world) > 1:
+        found = rows(world, "objects", examined=True).against_sweep()
+        estimand = "exponent of objects examined against L"
+        made.append(claim(estimand, within(0, 0.005), kind, found, unit="field", source=_LAW))
+    for what in ("objects", "parts"):
+        found = rows(endless, what, examined=True).against_prediction()
+        estimand = f"exponent of {what} examined against {what} displayed"
+        made.append(claim(estimand, at_most(1.02), kind, found, unit="field", source=_LAW))
+    return made
+
+
+def _is_claimed(sweep: str, point: Point) -> bool:
+    if sweep == "world":
+        return beyond(point)
+    return not SWEEPS[sweep].far or point.prediction("nearest_limit") > FAR * EYE_HEIGHT_M
+
+
+def _beyond_claims(sweep: str, points: list[Point]) -> list[Claim]:
+    """Claim the extended model of all cases, and the flat-ground model of both ends."""
+    made = []
+    scene = {"scene": BEYOND[sweep].title[:1].lower() + BEYOND[sweep].title[1:]}
+    for what in ("objects", "parts"):
+        found = rows(points, what).over_prediction()
+        source = "§4.1, with what the case adds"
+        made.append((f"{what} displayed ÷ extended model", scene, found, source, False))
+    for point in (points[0], points[-1]) if len(points) > 1 else ():
+        extended = point.prediction("objects") / point.prediction("bare")
+        at = {**scene, BEYOND[sweep].axis: float(f"{swept(point):.3g}")}
+        expected = abs(extended - 1) > SINGLE
+        estimand = "objects displayed ÷ flat-ground model"
+        made.append((estimand, at, over_flat_ground(point), "§4.1, flat ground", expected))
+    return [
+        claim(
+            estimand,
+            within(1, SINGLE),
+            condition,
+            found,
+            unit="field",
+            source=source,
+            kind="verification",
+            violation_expected=expected,
+        )
+        for estimand, condition, found, source, expected in made
+    ]
+
+
+def over_flat_ground(point: Point) -> Estimate:
+    """Estimate objects displayed ÷ those of the flat-ground model, of one point."""
+    found = rows([point], "objects").over_prediction()
+    share = point.prediction("objects") / point.prediction("bare")
+    low, value, high = (share * v for v in (found.low, found.value, found.high))
+    return Estimate(value, low, high, share * found.standard_error, found.scale, found.rows)
+
+
+def all_pierced(point: Point) -> Reals:
+    """Return the sticks that all rays of each field pierce, (fields,)."""
+    return np.sum([point.values("pierced", quadrant=k) for k in range(QUADRANTS)], axis=0)
+
+
+def _depth_claims(points: list[Point]) -> list[Claim]:
+    """Claim growth with the world, pruned and not, and that every quadrant is like all of them."""
+    pruned, full = (
+        sorted(where(points, metric=m), key=lambda p: p.case["extent"]) for m in (PRUNED, UNPRUNED)
+    )
+    counts = np.concatenate([all_pierced(p) for p in full])
+    extent = np.concatenate([np.full(len(all_pierced(p)), p.case["extent"]) for p in full])
+    growth = claim(
+        "exponent of surfaces pierced against side of the world",
+        within(1.0, 0.2),
+        {"pruning": "unpruned"},
+        two_sided_slope(counts, extent),
+        unit="field",
+        source=_LAW,
+    )
+    near, far = pruned[-2:]  # the same fields in two windows, both larger than the limit
+    sides = f"{far.case['extent']:g} m ÷ {near.case['extent']:g} m"
+    same = two_sided_paired_ratio(all_pierced(far), all_pierced(near))
+    made = [(f"surfaces pierced, side of the world {sides}", 0.02, {}, same)]
+    for k in range(QUADRANTS):
+        counts = QUADRANTS * far.values("pierced", quadrant=k)
+        found = two_sided_paired_ratio(counts, all_pierced(far))
+        estimand = "surfaces pierced ÷ mean of all directions"
+        made.append((estimand, 0.15, {"quadrant": k + 1}, found))
+    return [growth] + [
+        claim(
+            estimand,
+            within(1.0, margin),
+            {"pruning": "pruned", **more},
+            found,
+            unit="exact" if found.low == found.high else "field",
+            source=_LAW,
+            kind="verification",
+        )
+        for estimand, margin, more, found in made
+    ]
+
+
+def notes(points: tuple[Point, ...]) -> dict[str, Any]:
+    """Return the error that sampling reached, how many fields it took, and how noisy they were."""
+    scaling = where(points, topic="scaling")
+    if not scaling:
+        return {}
+    tables = [list(zip(*(each.values for each in p.samples), strict=True)) for p in scaling]
+    return {
+        "worst_standard_error": round(max(worst_error(table, 2) for table in tables), 6),
+        "fields": sum(len(point.column(COLUMNS[0])) for point in scaling),
+        "variance_measured_over_predicted": noise_of(scaling),
+    }
+
+
+# Plots.
+
+_PER_FIELD = "mean number per field"
+
+
+def plots(record: Record) -> tuple[Plot, ...]:
+    """Draw every sweep of the default metric, all metrics against their prediction, and depth."""
+    made: list[Plot] = []
+    kinds, noise = by_kind(record.points), noise_of(record.points)
+    for species, metric in kinds:
+        for sweep in SWEEPS if metric == PRUNED else ():
+            if points := where(record.points, species=species, metric=metric, sweep=sweep):
+                made.append(_sweep_plot(record, species, sweep, points, noise))
+    for sweep in BEYOND:
+        if points := where(record.points, sweep=sweep):
+            made.append(_beyond_plot(sweep, points))
+    if kinds:
+        made += [_law_plot(kinds, what, noise) for what in ("objects", "parts")]
+        made += [_search_plot(kinds, what) for what in ("objects", "parts")]
+    if depth := where(record.points, topic="depth"):
+        made.append(_depth_plot(depth))
+    return tuple(made)
+
+
+def _mean(point: Point, column: str) -> float:
+    return float(np.mean(point.column(column)))
+
+
+def half_interval(point: Point, what: str, noise: Mapping[str, float]) -> float:
+    """Return half the two-sided 95 % interval of the mean.
+
+    The variance is the law's, times the ratio ``noise`` that all fields of the species and metric
+    together have to it: few large fields alone could not say how much they vary.
+    """
+    scale = noise[f"{point.case['metric']}/{point.case['species']}/{what}"]
+    variance = scale * point.prediction(f"{what}_variance") / len(point.column(what))
+    return float(stats.norm.ppf(TWO_SIDED_TAILS[1]) * np.sqrt(variance))
+
+
+def _series(
+    label: str,
+    points: Iterable[Point],
+    what: str,
+    along: Callable[[Point], float],
+    noise: Mapping[str, float],
+) -> Curve:
+    points = sorted(points, key=along)
+    x, y = [along(p) for p in points], [_mean(p, what) for p in points]
+    half = [half_interval(p, what, noise) for p in points]
+    low, high = ([a + k * b for a, b in zip(y, half, strict=True)] for k in (-1, 1))
+    return Curve(label, x, y, low, high, (x, [p.prediction(what) for p in points]))
+
+
+def _sweep_plot(
+    record: Record, species: str, sweep: str, points: list[Point], noise: Mapping[str, float]
+) -> Plot:
+    drawn = [
+        _series(f"{what} displayed", points, what, swept, noise) for what in ("objects", "parts")
+    ]
+    mark = None
+    if sweep == "world":
+        mark = 2 * max(p.prediction("farthest_limit") for p in points), "L = 2D"
+    told = {"metric": PRUNED, "species": species, "sweep": sweep}
+    caption = " ".join(
+        f"{each.sentence} Measured: {each.measured_text}; {each.verdict_text}."
+        for each in record.claims
+        if each.condition == told
+    )
+    title, axis = f"{SWEEPS[sweep].title} ({species})", (SWEEPS[sweep].axis, _PER_FIELD)
+    return against_law(f"{species}-{sweep}", title, caption, axis, drawn, mark)
+
+
+def _law_plot(kinds: Mapping[Any, list[Point]], what: str, noise: Mapping[str, float]) -> Plot:
+    def predicted(point: Point) -> float:
+        return point.prediction(what)
+
+    drawn = [
+        _series(f"{metric}, {species}", points, what, predicted, noise)
+        for (species, metric), points in kinds.items()
+    ]
+    caption = (
+        f"Every point of every sweep, as predicted and as measured, {what} per field. The shaded "
+        "band is ± 2 %. The line is the law with its prefactor, without free parameters."
+    )
+    axis = f"{what} predicted per field", f"{what} measured per field"
+    title = f"All sweeps, against the prediction: {what}"
+    return against_law(f"law-{what}", title, caption, axis, drawn)
+
+
+def _search_plot(kinds: Mapping[Any, list[Point]], what: str) -> Plot:
+    drawn = []
+    for (species, metric), points in kinds.items():
+        endless = sorted(where(points, extent=None), key=lambda p: _mean(p, what))
+        displayed = [_mean(p, what) for p in endless]
+        shares = [_mean(p, f"{what}_examined") / _mean(p, what) for p in endless]
+        drawn.append(Curve(f"{metric}, {species}", displayed, shares))
+    caption = (
+        f"How many {what} had to be tested for each one displayed, in endless worlds: it does not "
+        "grow with the field, so that searching costs no more than in proportion."
+    )
+    axis = f"{what} displayed per field", f"{what} examined ÷ displayed"
+    title = f"Examined for each one displayed: {what}"
+    return curves(f"examined-{what}", title, caption, axis, drawn, ("log", "linear"))
+
+
+def _beyond_plot(sweep: str, points: list[Point]) -> Plot:
+    points = sorted(points, key=swept)
+    x = [swept(p) for p in points]
+    flat = [over_flat_ground(p) for p in points]
+    series = [
+        (f"{what} displayed", what, [rows([p], what).over_prediction() for p in points])
+        for what in ("objects", "parts")
+    ]
+    drawn = []
+    for label, key, found in (*series, ("objects, flat-ground model", "bare", flat)):
+        law = [p.prediction(key) for p in points]
+        ends = [(e.value * p, e.low * p, e.high * p) for e, p in zip(found, law, strict=True)]
+        y, low, high = zip(*ends, strict=True)
+        drawn.append(Curve(label, x, y, low, high, (x, law)))
+    ratios = ", ".join(
+        f"{float(f'{v:.3g}'):g}: {e.value:.4f}" for v, e in zip(x, flat, strict=True)
+    )
+    caption = (
+        "Mean number per field, and the extended model. The third series is the flat-ground "
+        f"model's πK((P + R)/m)² for the same objects: displayed ÷ flat-ground model by "
+        f"{BEYOND[sweep].axis} is {ratios}."
+    )
+    axis = BEYOND[sweep].axis, _PER_FIELD
+    return against_law(f"beyond-{sweep}", BEYOND[sweep].title, caption, axis, drawn)
+
+
+def _depth_plot(points: list[Point]) -> Plot:
+    drawn = []
+    for metric, label in ((PRUNED, "pruned"), (UNPRUNED, "unpruned")):
+        row = where(points, metric=metric)
+        found = [two_sided_mean(all_pierced(p) / (QUADRANTS * RAYS)) for p in row]
+        y, low, high = ([max(getattr(e, k), 1e-3) for e in found] for k in ("value", "low", "high"))
+        drawn.append(Curve(label, [p.case["extent"] for p in row], y, low, high))
+    ends = "; ".join(f"{c.label} {c.y[0]:.2f} to {c.y[-1]:.2f}" for c in drawn)
+    caption = (
+        f"Surfaces that a level ray pierces, against the side of the world: {ends}. The eye is in "
+        "the middle."
+    )
+    axis = "side of the world (m)", "surfaces pierced by a ray"
+    return curves("depth", "Depth complexity", caption, axis, drawn)
+
+
+EXPERIMENT = Experiment(
+    name="law",
+    question=(
+        "Does what a frame displays depend on what the viewer can resolve, and not on the size of "
+        "the world?"
+    ),
+    version=1,
+    topics={
+        "scaling": Topic(
+            about="objects and parts against K(P+R)²/m², prefactor and all; and where that breaks",
+            full={"target": 0.005, "least": 4, "most": 20_000},
+            quick={"target": 0.01, "least": 2, "most": 4_000},
+            seconds=(400.0, 110.0),
+        ),
+        "depth": Topic(
+            about="surfaces pierced by a ray to the limit, pruned and unpruned",
+            full={"fields": 400},
+            quick={"fields": 60},
+            seconds=(35.0, 16.0),
+        ),
+    },
+    cases=cases,
+    measure=measure,
+    claims=claims,
+    plots=plots,
+    notes=notes,
+    caveats=(
+        "An eye that looks all round; a field of view has predictions of its own (`lodbench "
+        "count`).",
+        "Hills of one shape, patches of one kind, haze of one visibility: they show where the "
+        "flat-ground model breaks, and that the extended model does not.",
+        "Counts, not seconds: what a frame costs is another experiment.",
+        "Depth complexity is of people on flat ground, by level rays at the height of chests; "
+        "every stick is a surface, and a level ray never meets the ground.",
+    ),
+    accepts_metric=True,
+    order=10,
+)

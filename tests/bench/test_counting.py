@@ -1,0 +1,226 @@
+"""Fields are counted as their cases say, and predicted without the pruner (§4.1)."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.integrate import quad
+
+import lod.metric
+import lod.view
+from bench.counting import (
+    BEYOND,
+    COLUMNS,
+    EYE_HEIGHT_M,
+    KEPT,
+    SWEEPS,
+    Case,
+    beyond_grid,
+    cleared,
+    count_field,
+    disc_in_square,
+    field_seed,
+    pierced,
+    predict,
+    prototypes_of,
+    scaling_grid,
+    shown_areas,
+    stands,
+)
+from lod.law import chained_limits
+from lod.metric import METRICS
+from lod.shapes import Sticks
+
+SMALL = Case("density", "figure", "blake", density=0.01, detail=20.0)
+FIGURES = [case for case in scaling_grid() if case.species == "figure" and case.sweep in SWEEPS]
+
+
+def of(sweep, metric="blake"):
+    return [case for case in FIGURES if (case.sweep, case.metric) == (sweep, metric)]
+
+
+def test_blake_is_swept_in_everything_and_m_in_three_ways():
+    assert {case.sweep for case in FIGURES if case.metric == "blake"} == set(SWEEPS)
+    for sweep, key in (("detail", "detail"), ("resolution", "width"), ("magnification", "fov")):
+        chosen = of(sweep)
+        assert len({getattr(case, key) for case in chosen}) == len(chosen) >= 5
+        others = {"detail", "width", "fov"} - {key}
+        assert all(len({getattr(case, other) for case in chosen}) == 1 for other in others)
+        assert max(c.m for c in chosen) / min(c.m for c in chosen) >= 100
+
+
+@pytest.mark.parametrize("metric", ["blake", "bounded", "solid_angle"])
+def test_worlds_reach_from_well_inside_the_limit_to_far_outside(metric):
+    worlds = of("world", metric)
+    limit = predict(worlds[0]).farthest_limit
+    sides = np.array([case.extent for case in worlds])
+    assert sides.min() < 0.25 * 2 * limit
+    outside = sides[sides > 2 * limit]
+    assert len(outside) >= 5 and outside.max() / outside.min() > 1e4
+
+
+def test_what_the_flat_ground_model_leaves_out_is_swept_from_mild_to_hard():
+    grid = beyond_grid()
+    assert {case.sweep for case in grid} == set(BEYOND)
+    assert {case.gathered for case in grid} == set(KEPT)
+    for name, sweep in BEYOND.items():
+        values = [getattr(case, sweep.key) for case in grid if case.sweep == name]
+        assert len(values) >= 3
+        assert values in (sorted(values), sorted(values)[::-1])
+
+
+@pytest.mark.parametrize("case", [of(sweep)[0] for sweep in SWEEPS], ids=list(SWEEPS))
+def test_m_is_that_of_the_view(case):
+    assert case.view().m == pytest.approx(case.m, rel=1e-12)
+
+
+# The predictions
+
+
+def test_objects_are_those_of_the_closed_form():
+    trees = [each.hierarchy for each in prototypes_of("figure", 2.0)]
+    case = replace(SMALL, size=2.0)
+    by_hand = [
+        np.pi * 0.01 * (((t.P[0] + t.R[0]) / case.m) ** 2 - (EYE_HEIGHT_M - t.position[0, 2]) ** 2)
+        for t in trees
+    ]
+    assert predict(case).objects == pytest.approx(np.mean(by_hand), rel=1e-12)
+
+
+@pytest.mark.parametrize("extent", [None, 30.0])
+def test_the_noise_of_parts_is_that_of_pairs(extent):
+    case = replace(SMALL, extent=extent)
+    total = 0.0
+    for prototype in prototypes_of("figure", 1.0):
+        tree = prototype.hierarchy
+        h = EYE_HEIGHT_M - tree.position[:, 2]
+        areas = shown_areas(chained_limits(tree, METRICS["blake"], case.m), h, extent)
+        total += 0.01 / 4 * np.minimum(areas[:, None], areas[None, :]).sum()
+    assert predict(case).parts_variance == pytest.approx(total, rel=1e-12)
+
+
+def test_predictions_owe_nothing_to_the_pruner(monkeypatch):
+    def broken(*_):
+        raise AssertionError("the pruner's limits were asked for")
+
+    monkeypatch.setattr(lod.metric, "limit_distances", broken)
+    monkeypatch.setattr(lod.view, "limit_distances", broken)
+    assert predict(SMALL).parts > predict(SMALL).objects > 0
+
+
+@given(st.floats(0.0, 3.0), st.floats(0.2, 3.0))
+def test_disc_in_square(radius, side):
+    area = disc_in_square(np.array([radius]), side)[0]
+    width = min(radius, side / 2) / 4000
+    x = (np.arange(4000) + 0.5) * width  # one quarter, column by column
+    height = np.minimum(np.sqrt(np.maximum(radius**2 - x**2, 0.0)), side / 2)
+    assert area == pytest.approx(4 * width * height.sum(), rel=1e-4, abs=1e-9)
+
+
+def test_a_world_beyond_the_limit_is_an_endless_one():
+    endless, vast = predict(SMALL), predict(replace(SMALL, extent=1e6))
+    assert vast.as_json() == pytest.approx(endless.as_json(), rel=1e-12)
+    assert predict(replace(SMALL, extent=2.0)).objects == pytest.approx(0.01 * 4.0)
+
+
+def test_a_clearing_is_the_integral_of_its_density():
+    for radius in (30.0, 100.0, 700.0):
+        wanted = quad(lambda r: min(1, r / 100) * 2 * np.pi * r, 0, radius, points=[100.0])[0]
+        assert cleared(np.array([np.pi * radius**2]), 100.0)[0] == pytest.approx(wanted, rel=1e-6)
+
+
+@pytest.mark.slow
+def test_several_species_add_up():
+    case = next(case for case in beyond_grid() if case.sweep == "mixed")
+    alone = [
+        predict(replace(case, species=s, density=case.density / 3)).objects
+        for s in case.species.split("+")
+    ]
+    assert predict(case).objects == pytest.approx(sum(alone), rel=1e-12)
+
+
+# Counting
+
+
+def counts(case, fields, seed=1):
+    rows = [count_field(case, field_seed(case.as_json(), seed, k)) for k in range(fields)]
+    return dict(zip(COLUMNS, np.array(rows, np.float64).T, strict=True))
+
+
+def test_fields_are_functions_of_their_seed():
+    seeds = [field_seed(SMALL.as_json(), 0, index) for index in range(50)]
+    assert len(set(seeds)) == 50 and all(0 <= seed < 2**63 for seed in seeds)
+    assert count_field(SMALL, seeds[0]) == count_field(SMALL, seeds[0])
+    assert len({count_field(SMALL, seed) for seed in seeds[:10]}) > 5
+
+
+def test_nothing_is_displayed_unexamined():
+    found = counts(SMALL, 10)
+    assert (found["objects"] <= found["objects_examined"]).all()
+    assert (found["objects_examined"] <= found["parts_examined"]).all()
+    assert (found["objects"] <= found["parts"]).all()
+    assert (found["parts"] <= found["parts_examined"]).all()
+
+
+def test_patches_are_clumped_as_the_law_says():
+    case = Case("patches", "figure", "blake", 3.6e-3, detail=10.0, gathered="patches", scale=20.0)
+    law, even = predict(case), predict(replace(case, gathered="evenly"))
+    assert law.objects == even.objects and law.objects_variance > 4 * even.objects_variance
+    assert 0.7 < counts(case, 120)["objects"].var(ddof=1) / law.objects_variance < 1.4
+
+
+def test_a_patch_is_there_or_not_for_all_of_its_objects():
+    patches = Case("patches", "figure", "blake", 1.0, gathered="patches", scale=8.0)
+    close = np.array([[3.0, 3.0], [3.01, 3.01]])
+    both = [stands(patches, close, seed) for seed in range(400)]
+    assert np.mean([a == b for a, b in both]) > 0.98
+    assert 0.18 < np.mean(both) < 0.32
+    apart = 8.0 * np.stack(np.meshgrid(np.arange(300), np.arange(300)), -1).reshape(-1, 2)
+    there = stands(patches, apart, 7)
+    assert there.mean() == pytest.approx(0.25, abs=0.01)
+    assert abs(np.corrcoef(there[:-1], there[1:])[0, 1]) < 0.02
+
+
+def test_a_slope_has_its_density_at_the_eye_and_none_far_to_the_west():
+    slope = Case("slope", "figure", "blake", 1.0, gathered="slope", scale=100.0)
+    for x, share in ((0.0, 0.5), (100.0, 1.0), (-100.0, 0.0), (50.0, 0.75)):
+        there = stands(slope, np.tile((x, 5.0), (4000, 1)), 3)
+        assert there.mean() == pytest.approx(share, abs=0.03)
+
+
+# Rays
+
+
+NORTH = np.array([[0.0, 1.0, 0.0]])
+
+
+def sticks(*rows):
+    """Each a start, an end and two radii."""
+    start, end, r0, r1 = (np.array(each, float) for each in zip(*rows, strict=True))
+    zero = np.zeros(len(rows), np.int64)
+    return Sticks(start, end, r0, r1, zero, np.ones((1, 3)), zero)
+
+
+@pytest.mark.parametrize(
+    ("start", "end", "radii", "wanted"),
+    [
+        ((-1, 9, 0), (1, 9, 0), (0.1, 0.1), 1),
+        ((-1, 9, 0.25), (1, 9, 0.25), (0.2, 0.2), 0),
+        ((-1, 9, 0.25), (1, 9, 0.25), (0.2, 0.4), 1),  # 0.3 wide in the middle
+        ((0.5, 9, 0), (2, 9, 0), (0.4, 0.6), 0),
+        ((0.5, 9, 0), (2, 9, 0), (0.6, 0.4), 1),
+        ((0.1, 5, 0), (0.1, 9, 0), (0.2, 0.2), 1),  # along the ray, once
+        ((0, 5, 0), (0, 5, 0), (0.2, 0.2), 1),  # a sphere
+        ((0, -9, 0), (0, -8, 0), (0.2, 0.2), 0),  # behind
+    ],
+)
+def test_a_stick_is_pierced_where_it_is_wide_enough(start, end, radii, wanted):
+    assert pierced(sticks((start, end, *radii)), np.zeros(3), NORTH).tolist() == [wanted]
+
+
+def test_every_stick_counts_for_every_ray():
+    two = sticks(*[((-1.0, y, 0.0), (1.0, y, 0.0), 0.1, 0.1) for y in (4.0, 8.0)])
+    rays = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
+    assert pierced(two, np.zeros(3), rays).tolist() == [2, 0, 0]
