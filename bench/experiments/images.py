@@ -23,7 +23,7 @@ from bench.images.compare import (
     same_place,
 )
 from bench.images.equal_error import EQUAL_ERROR, GRASS_ERROR, Reached, equal_error
-from bench.plots.plot import Curve, Plot, curves
+from bench.plots import Curve, Plot, curves
 from bench.records.claims import (
     EXACT,
     UNREPLICATED,

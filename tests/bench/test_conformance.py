@@ -18,7 +18,7 @@ from bench.experiments.law import EXPERIMENT as law
 from bench.experiments.law import SampledCase
 from bench.records.provenance import provenance
 from bench.runs import sources
-from bench.statistics.samples import StoppingRule
+from bench.statistics.estimates import StoppingRule
 from lod.errors import InputError
 from lod.metric import METRICS, Metric
 from lod.pruner import prune

@@ -11,8 +11,7 @@ from bench.cli.main import main
 from bench.records.claims import Claim
 from bench.records.compare_runs import compare, compare_paths
 from bench.records.provenance import provenance
-from bench.records.records import Point, Record, columns, predictions, write_record
-from bench.records.schema import record_schema
+from bench.records.records import Point, Record, columns, predictions, record_schema, write_record
 from lod.errors import InputError
 
 SCHEMA = record_schema()

@@ -1,14 +1,36 @@
-"""A workload is its counts: the same for everyone, or another version."""
+"""What a count predicts is the law's integral, whatever the sides of the picture cut off.
+
+A workload is its counts: the same for everyone, or another version.
+"""
 
 import json
 
 import pytest
 
+from bench import frame_counts as count_frame
 from bench import frame_counts as workloads
 from bench.cli.main import main
-from bench.frame_counts import Workload, first_frame_counts, workload_named
+from bench.frame_counts import Workload, first_frame_counts, predict, workload_named
 from lod.errors import InputError
-from scenes.presets.load import preset_names
+from scenes.presets.load import load_preset, preset_names
+from scenes.scene import Scene
+
+
+@pytest.mark.parametrize("pitch", [0, -50, -89])
+def test_a_prediction_is_right_to_a_thousandth(monkeypatch, pitch):
+    """Of a hundred kinds of people before a camera that looks along the ground, aside and down."""
+    keys = ["species.tree.density=0", f"camera.pitch={pitch}", "camera.roll=20"]
+    preset = load_preset("crowd", keys)
+    scene = Scene(preset)
+    world = scene.world
+    view = scene.view(1)
+    (people,) = [each for each in world.fields if each.name == "figure"]
+    quick = predict(people, view)
+    monkeypatch.setattr(count_frame, "_NODES", 2**20)
+    fine = predict(people, view)
+    assert quick.objects == pytest.approx(fine.objects, rel=1e-3)
+    assert quick.parts == pytest.approx(fine.parts, rel=1e-3)
+
 
 QUICK = "fly_in"
 

@@ -1,4 +1,6 @@
-"""How is a plot made? SVG text, the numbers behind it and a text alternative; only this file draws.
+"""What does each point of a finished plot say, and where does it stand?
+
+How is a plot made? SVG text, the numbers behind it and a text alternative; only this file draws.
 
 The same drawing stands in every report: as a file, on the page, and in print. Colours are those of
 Okabe & Ito, "Color Universal Design" (2008), and no two curves differ in colour alone.
@@ -12,12 +14,39 @@ from typing import Any
 
 import matplotlib as mpl
 import numpy as np
+from jaxtyping import Float64
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure as Canvas
 from matplotlib.ticker import MaxNLocator, NullFormatter
 
-from bench.plots.marks import Mark, marks_at
+
+@dataclass(frozen=True)
+class Mark:
+    """A point of a plot as it is drawn.
+
+    curve  number of its curve; what is drawn below others has numbers of its own
+    words  what it says: ``pruned: 3.2 at 1e+04``
+    place  where it stands in the SVG, from its left and upper edges
+    """
+
+    curve: int
+    words: str
+    place: tuple[float, float]
+
+
+def marks_at(
+    places: Float64[np.ndarray, "n 2"],
+    curve: int,
+    label: str,
+    x: Sequence[float],
+    y: Sequence[float],
+) -> Iterator[Mark]:
+    """Yield the points of one curve that are drawn: those with finite places."""
+    for place, at, value in zip(places.round(1).tolist(), x, y, strict=True):
+        if np.isfinite(place).all():
+            yield Mark(curve, f"{label}: {value:.4g} at {at:.4g}", (place[0], place[1]))
+
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00")
 MARKERS = ("o", "s", "^", "D", "v", "P")

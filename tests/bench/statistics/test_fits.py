@@ -1,10 +1,13 @@
-"""Power law or logarithm: what made the rows is found, with honest errors."""
+"""Power law or logarithm: what made the rows is found, with honest errors.
+
+Noise is taken away where it falls as 1/√N; bounds are past the truth as often as they say.
+"""
 
 import numpy as np
 import pytest
 
-from bench.plots.plot import Curve, curves
-from bench.statistics.fits import EVEN, compare_with_log, fit_exponent
+from bench.plots import Curve, curves
+from bench.statistics.fits import EVEN, compare_with_log, fit_exponent, noise_free, one_sided_mean
 from lod.errors import InputError
 
 X = np.geomspace(1.0, 1000.0, 24)
@@ -81,3 +84,42 @@ def test_a_curve_with_a_line_has_its_residuals_drawn():
     assert below == ["it ÷ line: 1 at 1", "it ÷ line: 2 at 10", "it ÷ line: 1 at 100"]
     alone = curves("n", "t", "c", ("x", "y"), [Curve("it", [1.0, 2.0], [1.0, 2.0])])
     assert {mark.curve for mark in alone.marks} == {0}
+
+
+COUNTS = np.array([16.0, 64.0, 256.0])
+
+
+def test_a_is_recovered_from_errors_that_follow_the_fit():
+    a, b = np.array([0.0, 0.003, 0.08]), np.array([0.2, 0.05, 0.0])
+    errors = a + b / np.sqrt(COUNTS)[:, None]
+    assert noise_free(COUNTS, errors) == pytest.approx(a, abs=1e-12)
+
+
+def test_a_is_unbiased_where_errors_are_measured_with_scatter():
+    rng = np.random.Generator(np.random.Philox(1))
+    truth = 0.01 + 0.1 / np.sqrt(COUNTS)[:, None]
+    found = noise_free(COUNTS, truth + 0.002 * rng.standard_normal((3, 20_000)))
+    assert found.mean() == pytest.approx(0.01, abs=4 * found.std() / 20_000**0.5)
+    assert found.std() > 0.001, "one column says less than many"
+
+
+@pytest.mark.parametrize("counts", [[64.0], [64.0, 64.0], [0.0, 16.0]])
+def test_too_few_counts_are_refused(counts):
+    with pytest.raises(InputError, match="samples"):
+        noise_free(np.array(counts), np.zeros((len(counts), 1)))
+
+
+@pytest.mark.parametrize("n", [3, 6])
+def test_one_bound_is_past_the_mean_of_places_in_1_of_20_experiments(n):
+    """As many places as presets have, whose errors scatter as the normal law says."""
+    rng = np.random.Generator(np.random.Philox(n))
+    tries = 4000
+    made = [one_sided_mean(0.01 + 0.004 * rng.standard_normal(n)) for _ in range(tries)]
+    scatter = 4 * (0.05 * 0.95 / tries) ** 0.5
+    assert np.mean([each.high < 0.01 for each in made]) == pytest.approx(0.05, abs=scatter)
+    assert np.mean([each.low > 0.01 for each in made]) == pytest.approx(0.05, abs=scatter)
+
+
+def test_a_mean_of_one_value_has_no_bounds():
+    with pytest.raises(InputError, match="two or more"):
+        one_sided_mean(np.array([0.01]))
