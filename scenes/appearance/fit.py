@@ -50,7 +50,7 @@ STEPS = 3
 """Steps to the right cover from each elevation."""
 
 
-CODE = ("lod", "scenes.sticks", "scenes.appearance", "scenes.ground.shading")
+CODE = ("lod", "scenes.sticks", "scenes.appearance")
 """Sources that a fit depends on."""
 
 _COLUMNS = tuple(each.name for each in fields(StickTable))

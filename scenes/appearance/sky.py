@@ -22,6 +22,9 @@ Columns go up to 180° and are the same on either side of the sun.
 ELEVATIONS_DEG = (1.0, 10.0, 20.0, 40.0, 60.0, 85.0)
 TURBIDITIES = (2.0, 3.0, 5.0, 10.0)
 
+GRASS = (0.072, 0.135, 0.031), (0.165, 0.178, 0.066)
+"""Linear Rec.709 albedo of grassy ground, moist and dry, which also lights what stands on it."""
+
 
 @dataclass(frozen=True, eq=False)
 class Sky(ArrayData):

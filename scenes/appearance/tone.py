@@ -25,8 +25,7 @@ from lod.arrays import Flags, Points, Reals
 from lod.threads import map_chunks
 from scenes.appearance.fit import CODE
 from scenes.appearance.ray_grid import Grids, intersect_ray, make_grids, normal_at
-from scenes.appearance.sky import SunAndSky, cosine_direction, sky_at
-from scenes.ground.shading import GROUND_MATERIALS
+from scenes.appearance.sky import GRASS, SunAndSky, cosine_direction, sky_at
 from scenes.processes.cache import content_key, kept
 from scenes.processes.progress import tell
 from scenes.sticks.by_view import AZIMUTHS_DEG, ELEVATIONS_DEG, with_area_share
@@ -133,8 +132,7 @@ def _light(
     """
     sky = sky_at(illumination.sun_elevation_deg, illumination.turbidity)
     light = SunAndSky.at_azimuths(illumination.sun_elevation_deg, AZIMUTHS_DEG, sky)
-    grass = GROUND_MATERIALS["grassy"]
-    ground = (np.array(grass.moist) + np.array(grass.dry)) / 2
+    ground = np.add(*GRASS) / 2
     rng = np.random.Generator(np.random.Philox(_SEED))
     surfaces = max(illumination.max_depth - 1, 1)
     total = np.zeros((len(ELEVATIONS_DEG), surfaces + 1, len(AZIMUTHS_DEG)))

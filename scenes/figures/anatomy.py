@@ -36,13 +36,13 @@ MEAN = "mean"
 """Material of a blob: the mean tint of everything that it replaces, by outline area."""
 
 
-class _Table(BaseModel):
-    """A table of an animal's file: frozen, and closed to keys that it does not know."""
+class Table(BaseModel):
+    """A table of a figure's file: frozen, and closed to keys that it does not know."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
 
-class Joint(_Table):
+class Joint(Table):
     """A joint of the modelling skeleton (§2.3).
 
     parent  the joint that carries it; "" = the animal's own frame
@@ -77,7 +77,7 @@ class Joint(_Table):
         return self.limits or (self.rest, self.rest)
 
 
-class Rod(_Table):
+class Rod(Table):
     """A stick: a cone with round ends in the frame of a joint.
 
     joint   by default that of its part
@@ -95,7 +95,7 @@ class Rod(_Table):
     around: Annotated[int, Field(ge=1)] = 1
 
 
-class Part(_Table):
+class Part(Table):
     """A part of the detail hierarchy (figs 1, 2).
 
     whole  the part that owns it; only the first part of the file has none
@@ -115,7 +115,7 @@ class Part(_Table):
     core: tuple[Rod, ...] = ()
 
 
-class Anatomy(_Table):
+class Anatomy(Table):
     """Tables of one kind of object, in any one unit of length.
 
     shift   (low, high) how far it may sway and bob as it walks on the spot

@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from functools import lru_cache
 from importlib import resources
 from importlib.resources.abc import Traversable
+from typing import TypeVar
 
 from lod.errors import InputError
 from scenes.figures.anatomy import (
@@ -44,9 +45,12 @@ class AnimalFile(Anatomy):
     gait: Gait
 
 
-def load_animal(file: Traversable) -> AnimalFile:
+File = TypeVar("File", bound=AnimalFile)
+
+
+def load_animal(file: Traversable, kind: type[File] = AnimalFile) -> File:
     """Read the tables of an animal's file. Raises InputError for the first thing wrong with it."""
-    animal = read_model_file(file, AnimalFile, {})
+    animal = read_model_file(file, kind, {})
     _check_names(animal, file.name)
     return animal
 

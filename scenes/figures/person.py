@@ -22,39 +22,30 @@ from importlib import resources
 import numpy as np
 
 from lod.errors import InputError
-from scenes.figures.anatomy import Build, Rod, build_prototype
+from scenes.figures.anatomy import Build, Colour, Rod, Table, build_prototype
 from scenes.figures.animal_file import AnimalFile, load_animal
 from scenes.figures.gait import AXES, Gait, Wave, with_gait
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.sticks.prototype import Prototype
 
-SKINS = (
-    (0.60, 0.38, 0.27),
-    (0.52, 0.31, 0.20),
-    (0.38, 0.21, 0.13),
-    (0.24, 0.13, 0.08),
-    (0.12, 0.065, 0.04),
-)
-HAIRS = (
-    (0.018, 0.014, 0.012),
-    (0.055, 0.032, 0.020),
-    (0.14, 0.075, 0.035),
-    (0.34, 0.23, 0.11),
-    (0.30, 0.29, 0.28),
-)
-CLOTHES = (
-    (0.62, 0.60, 0.55),  # linen
-    (0.42, 0.06, 0.05),  # madder
-    (0.05, 0.11, 0.30),  # indigo
-    (0.09, 0.20, 0.24),  # petrol
-    (0.52, 0.33, 0.06),  # ochre
-    (0.16, 0.19, 0.10),  # olive
-    (0.06, 0.06, 0.07),  # charcoal
-    (0.25, 0.19, 0.13),  # brown
-)
-HAIR_OF_SKIN = ((0, 1, 2, 3, 4), (0, 1, 2, 4), (0, 1, 4), (0, 1, 4), (0, 4))
-TOPS = (0, 1, 2, 3, 4, 5)
-BOTTOMS = (2, 6, 7, 5, 0)
+
+class Variation(Table):
+    """What people vary in: linear albedos, rows of them that go together, and sticks of some."""
+
+    skins: tuple[Colour, ...]
+    hairs: tuple[Colour, ...]
+    clothes: tuple[Colour, ...]
+    hair_of_skin: tuple[tuple[int, ...], ...]
+    tops: tuple[int, ...]
+    bottoms: tuple[int, ...]
+    bust: tuple[Rod, ...]
+    long_hair: tuple[Rod, ...]
+
+
+class PersonFile(AnimalFile):
+    """The file of people: an animal's, and what they vary in."""
+
+    variation: Variation
 
 
 @dataclass(frozen=True)
@@ -89,9 +80,10 @@ def random_adult(rng: np.random.Generator) -> Person:
 
 
 def _materials(rng: np.random.Generator) -> dict[str, tuple[float, float, float]]:
-    tone = int(rng.integers(len(SKINS)))
-    skin, hair = SKINS[tone], HAIRS[rng.choice(HAIR_OF_SKIN[tone])]
-    top, bottom = CLOTHES[rng.choice(TOPS)], CLOTHES[rng.choice(BOTTOMS)]
+    of = human_tables().variation
+    tone = int(rng.integers(len(of.skins)))
+    skin, hair = of.skins[tone], of.hairs[rng.choice(of.hair_of_skin[tone])]
+    top, bottom = of.clothes[rng.choice(of.tops)], of.clothes[rng.choice(of.bottoms)]
     short_sleeves, shorts = rng.random() < 0.5, rng.random() < 0.25
     return {
         "skin": skin,
@@ -105,42 +97,14 @@ def _materials(rng: np.random.Generator) -> dict[str, tuple[float, float, float]
     }
 
 
-BUST = (
-    Rod(
-        joint="chest",
-        start=(0.010, 0.034, 0.032),
-        end=(0.019, 0.037, 0.008),
-        radii=(0.046, 0.042),
-        material="top",
-        pair=True,
-    ),
-)
-LONG_HAIR = (
-    Rod(
-        joint="head",
-        start=(-0.022, 0.022, 0.055),
-        end=(-0.034, 0.030, -0.030),
-        radii=(0.0320, 0.0220),
-        material="hair",
-        pair=True,
-    ),
-    Rod(
-        joint="head",
-        start=(-0.034, 0.0, 0.040),
-        end=(-0.044, 0.0, -0.045),
-        radii=(0.0330, 0.0240),
-        material="hair",
-    ),
-)
-
 _HEAD, _LEG = 0.13, 0.525
 """Shares of stature in the tables: chin to crown, and sole to hip."""
 
 
 @cache
-def human_tables() -> AnimalFile:
+def human_tables() -> PersonFile:
     """Return the tables of people: anatomy, rest pose, limits, and the gait of their legs."""
-    return load_animal(resources.files("scenes.figures") / "person.toml")
+    return load_animal(resources.files("scenes.figures") / "person.toml", PersonFile)
 
 
 def child_sizes(age: float) -> dict[str, float]:
@@ -190,7 +154,8 @@ def _random_person(seed: int, k: int, children: float) -> RiggedPrototype:
         stature = float(median * np.clip(rng.normal(1.0, 0.045), 0.9, 1.1))
         who = replace(who, stature=stature, bust=False, shoulders=0.93, hips=0.95)
     tables = human_tables()
-    more = {"chest": BUST if who.bust else (), "cranium": LONG_HAIR if who.long_hair else ()}
+    bust, long_hair = tables.variation.bust, tables.variation.long_hair
+    more = {"chest": bust if who.bust else (), "cranium": long_hair if who.long_hair else ()}
     worn = {
         name: tables.parts[name].model_copy(update={"body": tables.parts[name].body + rods})
         for name, rods in more.items()
