@@ -27,10 +27,10 @@ from jaxtyping import Bool
 
 from bench.counting import EYE_HEIGHT_M, FLAT
 from bench.experiment import Experiment, Topic
-from bench.experiments.fidelity.shipped.places import places
+from bench.images.shipped import places
 from bench.motion_residual import measure_walk, rows_missing, seen_of
 from bench.part_sizes import density_of, prototypes_with, seed_of
-from bench.plots.plot import Curve, Plot, curves
+from bench.plots import Curve, Plot, curves
 from bench.records.claims import UNREPLICATED, Bound, Claim, at_least, at_most, claim, within
 from bench.records.provenance import scene_digest
 from bench.records.records import Column, Point, Record, columns, grouped, predictions, where

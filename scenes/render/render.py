@@ -32,11 +32,10 @@ from scenes.frame.frame_input import (
     sampler_seed,
 )
 from scenes.frame.layers import Coverage, Layers, add_coverage
-from scenes.render import pictures as denoise
 from scenes.render import variants
 from scenes.render.description import MEDIUM, Description, describe_frame, with_camera
 from scenes.render.memory import check_memory
-from scenes.render.pictures import check_denoiser
+from scenes.render.pictures import check_denoiser, denoise_layers
 
 
 def ignore_samples(samples: int) -> None:
@@ -265,5 +264,5 @@ def _seen_by(frame_input: FrameInput, eye: int | None) -> FrameInput:
 
 def _denoised(layers: Layers) -> Layers:
     start = time.perf_counter()
-    layers = denoise(layers)
+    layers = denoise_layers(layers)
     return replace(layers, seconds={**layers.seconds, "denoise": time.perf_counter() - start})

@@ -11,7 +11,7 @@ import pytest
 
 from bench import counting as count_field
 from bench.experiment import experiments
-from bench.experiments.cover import measure as cover
+from bench.images import cover
 from bench.runs import run_experiment
 from lod.air import CLEAR
 from scenes.field import prototypes as lit_prototypes

@@ -25,16 +25,15 @@ from scenes.render.pictures import (
     to_srgb_8bit,
 )
 from scenes.render.variants import choose
-from scenes.scene import view_at
-from scenes.world.world import build_world
+from scenes.scene import Scene
 
 _GAP, _PAPER, _INK = 6, (255, 255, 255), (40, 40, 44)
 
 
 def shown_parts(preset: Preset) -> int:
     """Count the parts of all species that the first frame displays."""
-    world = build_world(preset)
-    return count(world, view_at(world, preset, 1)).parts.displayed
+    scene = Scene(preset)
+    return count(scene.world, scene.view(1)).parts.displayed
 
 
 def layers_of(preset: Preset) -> Layers:

@@ -11,7 +11,7 @@ from bench.cli.flags import (
     preset_from_flags,
     view_flags,
 )
-from bench.cli.output import Output, collector_paused, output, progress_bar, table, tell_first_run
+from bench.cli.output import Output, output, progress_bar, table, tell_first_run
 from lod.errors import InputError
 from scenes.processes.memory import peak_rss_bytes
 
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
 @memory_flag
 @click.option("--frame", type=click.IntRange(1, 999_999), default=1, help="Frame number, from 1.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
-@collector_paused()
 def command(preset: str, frame: int, as_json: bool, max_memory: str | None, **flags: Any) -> None:
     """Objects and parts of one frame: examined, displayed, predicted.
 
