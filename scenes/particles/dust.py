@@ -201,11 +201,11 @@ class Dust(ParticleSystem):
         """Return the legs of all prototypes."""
         return Legs.of([prototype.motion for prototype in self.walkers.prototypes.rigged])
 
-    @cached_property
-    def wind(self) -> Float64[np.ndarray, "2"]:
-        """Return the velocity of the wind near the ground [m/s]."""
+    def drift(self, time_s: float) -> Float64[np.ndarray, "2"]:
+        """Return how far the wind takes dust near the ground in a time, (2,) [m]."""
         azimuth = np.radians(self.wind_azimuth_deg)
-        return wind_near_ground(self.wind_m_s) * np.array((np.sin(azimuth), np.cos(azimuth)))
+        downwind = np.array((np.sin(azimuth), np.cos(azimuth)))
+        return wind_near_ground(self.wind_m_s) * time_s * downwind
 
     @cached_property
     def hierarchies(self) -> tuple[Hierarchy, ...]:
@@ -328,7 +328,7 @@ class Dust(ParticleSystem):
         u = self._units(key, number, 0 * key)
         turn = 2 * np.pi * u[:, 0]
         stir = STIR_M_S * u[:, 1, None] * np.stack((np.cos(turn), np.sin(turn)), axis=1)
-        xy = fell.xy + wake[:, None] * fell.heading + (stir + self.wind) * age[:, None]
+        xy = fell.xy + wake[:, None] * fell.heading + (stir + self.drift(1.0)) * age[:, None]
         ground, slope = self._ground_below(walkers.corner, xy, radius)
         trail = self.trail_centres(walkers, falls.owner, time_s)
         climb = STEEPEST * np.linalg.norm(xy - trail[:, :2], axis=1)
@@ -343,7 +343,7 @@ class Dust(ParticleSystem):
         then has drifted.
         """
         body = walkers.rounds.take(owner).at(time_s - LIFE_S / 2)
-        xy = walkers.home[owner] + body.offset + self.wind * LIFE_S / 2
+        xy = walkers.home[owner] + body.offset + self.drift(LIFE_S / 2)
         return np.column_stack((xy, self.walkers.ground.height(walkers.corner, xy)))
 
     def object_keys(self, cell_x: Ints, cell_y: Ints, index: Ints) -> Ints:
