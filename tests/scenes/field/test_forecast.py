@@ -9,8 +9,8 @@ from scenes.presets.load import load_preset
 from scenes.scene import Scene
 
 CASES = [
-    ("crowd", "view.detail=12", "view.shutter=180"),
-    ("zoo", "view.detail=3", "camera.pitch=-80"),
+    ("zoo", "view.detail=6", "view.shutter=180"),
+    ("zoo", "view.detail=8", "camera.pitch=-80"),
     ("zoo", "view.detail=3", "camera.pitch=60"),
     ("zoo", "view.detail=6", "view.metric=depth"),
     ("zoo", "view.detail=6", "camera.fov=3"),
