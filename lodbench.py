@@ -121,21 +121,10 @@ def render_sequence(
     frames of other settings that stand there, unless ``overwrite``, and while another process
     renders other settings into that folder.
     """
-    from scenes.files import make_folder
-    from scenes.render.acting_track import check_acted, prepare_track
-    from scenes.render.budget import within_budget
-    from scenes.render.exr.header import frame_settings
-    from scenes.render.exr.sequence import open_job, owned_folder
-    from scenes.render.variants import choose
-    from scenes.render.worker import Worker, render_foretold
+    from scenes.render.render_files import Workers, render_files, settled
 
-    chosen = within_budget(_preset(preset), frames)
-    variant = choose(chosen.render.variant, chosen.render.spectral)
-    check_acted(chosen, frames)
-    track = prepare_track(chosen, Path(pattern).parent)
-    settings = frame_settings(chosen, variant, track)
-    with owned_folder(make_folder(Path(pattern).parent), settings), Worker(threads) as worker:
-        yield from render_foretold(open_job(pattern, frames, settings, overwrite), worker)
+    settings = settled(_preset(preset), pattern, frames)
+    yield from render_files(settings, pattern, frames, Workers(threads), overwrite)
 
 
 def read_frame(path: str | Path) -> Frame:

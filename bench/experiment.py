@@ -18,7 +18,7 @@ from bench.records.claims import Claim, plain_number
 from lod.errors import InputError
 
 if TYPE_CHECKING:
-    from bench.plots.plot import Plot
+    from bench.plots import Plot
     from bench.records.records import Point, Record
 
 Progress = Callable[[int, int, str], None]

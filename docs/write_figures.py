@@ -14,7 +14,7 @@ from functools import cache
 from pathlib import Path
 
 from bench.records.claims import Claim, claim_from
-from bench.report.words import MARKS
+from bench.report.document import MARKS
 
 ROOT = Path(__file__).parents[1]
 REFERENCE = ROOT / "results" / "reference"

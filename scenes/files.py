@@ -1,8 +1,8 @@
-"""What a disk refuses, in words; names of files that are not finished.
+"""Files that are whole or not there, that replace nobody else's work, and their names.
 
-Files that are whole or not there, and that replace nobody else's work.
-
-Where the frames of a sequence go: the pattern of their names, and their folder.
+Everything that lodbench keeps is written here: to a temporary name in the same folder, which
+becomes the file's own when all is written (``whole_file``). By a link, which never replaces, where
+nothing may be replaced, so that the file system settles who comes first.
 """
 
 import errno
@@ -14,6 +14,15 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from lod.errors import InputError
+
+PLACEHOLDER = "####"
+"""Stands in a pattern for the frame's number, at least four digits."""
+
+LONGEST_NAME = 255
+"""Bytes of a file's name that every usual file system takes."""
+
+_LONGEST_NUMBER = 6
+_SEARCHED = 2**16
 
 _SAYS = {
     errno.ENOSPC: ("the disk is full", "make room"),
@@ -41,6 +50,79 @@ class DiskError(OSError):
 
     def __str__(self) -> str:
         return self.line
+
+
+@contextmanager
+def whole_file(path: str | Path, overwrite: bool = False, where: str = "-o") -> Iterator[Path]:
+    """Give a path beside ``path`` to write to, which gets that name when all is written.
+
+    Its suffix is the same. Raises InputError where a file stands already, or comes meanwhile,
+    unless ``overwrite``; and OSError where the disk refuses.
+    """
+    path = Path(path)
+    check_free(path, overwrite, where)
+    partial = partial_path(path)
+    temporary = partial.with_name(f"{partial.name}{path.suffix}")
+    try:
+        yield temporary
+        with temporary.open("rb+") as file:
+            os.fsync(file.fileno())
+        give_name(temporary, path, overwrite, where)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def give_name(temporary: Path, path: Path, overwrite: bool = False, where: str = "-o") -> None:
+    """Give a finished file its name, and have the system keep it; the temporary one may stay.
+
+    Raises InputError where something has that name, unless ``overwrite``.
+    """
+    try:
+        if overwrite:
+            raise FileExistsError
+        os.link(temporary, path)
+    except OSError:  # the name is taken, or the file system has no links
+        check_free(path, overwrite, where)
+        os.replace(temporary, path)
+    with suppress(OSError):  # some file systems cannot, and that is no harm
+        handle = os.open(path.parent, os.O_RDONLY)
+        try:
+            os.fsync(handle)
+        finally:
+            os.close(handle)
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text file whole; an earlier one of that name is replaced. Raises OSError."""
+    with whole_file(path, overwrite=True) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
+def check_free(path: str | Path, overwrite: bool = False, where: str = "-o") -> None:
+    """Raise InputError where a file, or anything else, stands that may not be replaced."""
+    path = Path(path)
+    if path.is_dir():
+        raise InputError(where, str(path), "a file's place, and a folder is there", "move it")
+    if not overwrite and os.path.lexists(path):
+        rule = "a file that is not there yet"
+        raise InputError(where, str(path), rule, "choose another name, or --overwrite")
+
+
+def check_ours(paths: Iterable[str | Path], overwrite: bool = False, where: str = "-o") -> None:
+    """Raise InputError where something stands that lodbench did not make, unless ``overwrite``."""
+    for path in paths:
+        check_free(path, overwrite or made_by_lodbench(path), where)
+
+
+def made_by_lodbench(path: str | Path) -> bool:
+    """Say whether a file names lodbench near its beginning or its end, as all of ours do."""
+    try:
+        with Path(path).open("rb") as file:
+            begin = file.read(_SEARCHED)
+            file.seek(max(0, os.fstat(file.fileno()).st_size - _SEARCHED))
+            return b"lodbench" in begin + file.read()
+    except OSError:
+        return False
 
 
 def partial_path(path: Path) -> Path:
@@ -74,75 +156,6 @@ def _alive(writer: str) -> bool:
     except PermissionError:
         return True
     return True
-
-
-_LOOKED_AT = 2**16
-
-
-def check_free(path: str | Path, overwrite: bool = False, where: str = "-o") -> None:
-    """Raise InputError where a file, or anything else, stands that may not be replaced."""
-    path = Path(path)
-    if path.is_dir():
-        raise InputError(where, str(path), "a file's place, and a folder is there", "move it")
-    if not overwrite and os.path.lexists(path):
-        rule = "a file that is not there yet"
-        raise InputError(where, str(path), rule, "choose another name, or --overwrite")
-
-
-def check_ours(paths: Iterable[str | Path], overwrite: bool = False, where: str = "-o") -> None:
-    """Raise InputError where something stands that lodbench did not make, unless ``overwrite``."""
-    for path in paths:
-        check_free(path, overwrite or made_by_lodbench(path), where)
-
-
-@contextmanager
-def whole_file(path: str | Path, overwrite: bool = False, where: str = "-o") -> Iterator[Path]:
-    """Give a path beside ``path`` to write to, which gets that name when all is written.
-
-    Its suffix is the same. Raises InputError where a file stands already, or comes meanwhile,
-    unless ``overwrite``; and OSError where the disk refuses.
-    """
-    path = Path(path)
-    check_free(path, overwrite, where)
-    partial = partial_path(path)
-    temporary = partial.with_name(f"{partial.name}{path.suffix}")
-    try:
-        yield temporary
-        with temporary.open("rb+") as file:
-            os.fsync(file.fileno())
-        _name(temporary, path, overwrite, where)
-    finally:
-        temporary.unlink(missing_ok=True)
-
-
-def _name(temporary: Path, path: Path, overwrite: bool, where: str) -> None:
-    """Give a file its name: by a link, which never replaces, where nothing may be replaced."""
-    if not overwrite:
-        with suppress(OSError):  # a name that is taken, or a file system without links
-            os.link(temporary, path)
-            return
-        check_free(path, overwrite, where)
-    os.replace(temporary, path)
-
-
-def made_by_lodbench(path: str | Path) -> bool:
-    """Say whether a file names lodbench near its beginning or its end, as all of ours do."""
-    try:
-        with Path(path).open("rb") as file:
-            begin = file.read(_LOOKED_AT)
-            file.seek(max(0, os.fstat(file.fileno()).st_size - _LOOKED_AT))
-            return b"lodbench" in begin + file.read()
-    except OSError:
-        return False
-
-
-PLACEHOLDER = "####"
-"""Stands in a pattern for the frame's number, at least four digits."""
-
-LONGEST_NAME = 255
-"""Bytes of a file's name that every usual file system takes."""
-
-_LONGEST_NUMBER = 6
 
 
 def check_pattern(pattern: str | Path) -> None:
@@ -182,11 +195,6 @@ def frame_path(pattern: str | Path, frame: int) -> Path:
         raise InputError("frame", frame, "0 or more", "frames count from 1")
     path = Path(pattern)
     return path.with_name(path.name.replace(PLACEHOLDER, f"{frame:04d}"))
-
-
-def may_name(name: str, frame: int) -> bool:
-    """Say whether a file of that name may be that frame: its number, of four digits, is in it."""
-    return f"{frame:04d}" in name
 
 
 def make_folder(folder: str | Path, where: str = "-o") -> Path:

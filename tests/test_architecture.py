@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from bench.cli.main import main
-from scenes.render import worker
+from scenes.render import render_files, worker
 from scenes.render.frame_session import FrameSession
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -22,7 +22,7 @@ BESIDE = set(re.findall(r"`(\w+)`", WORDS))
 PLAIN_DATA = {"Settings", "Description"}
 """Shapes that are dicts."""
 
-MOST_STEPS, MOST_SHAPES = 14, 16
+MOST_STEPS, MOST_SHAPES = 10, 16
 
 
 class InThisProcess(worker.Worker):
@@ -76,7 +76,7 @@ def trace(tmp_path_factory):
     seen, folder = Trace(), tmp_path_factory.mktemp("frame")
     arguments = ["render", "crowd", "-o", f"{folder}/a.####.exr", "--size", "32x18", "--spp", "1"]
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(worker, "Worker", InThisProcess)
+        patch.setattr(render_files, "Worker", InThisProcess)
         before = sys.getprofile()
         sys.setprofile(seen)
         try:

@@ -1,10 +1,8 @@
-"""Which flags say what is seen? Each one sets a key of the preset, and errors name the flag.
+"""The flags that commands share, and the rules between them, checked before anything slow begins.
 
-Which flags exclude or need one another? One table, which every command is held against.
-
-What is said twice of one key is refused, too, be it by a flag, by --density or by -D.
-
-Which frames are asked for, and where do they go? Checked before anything slow begins.
+A flag that says what is seen sets a key of the preset, and errors name the flag. One table says
+which flags exclude or need one another; what is said twice of one key is refused, be it by a flag,
+by --density or by -D.
 """
 
 import os
@@ -19,7 +17,6 @@ import click
 from click.core import ParameterSource
 from click.shell_completion import CompletionItem
 
-from bench.cli.kernel_cache import use_scratch
 from lod.errors import InputError
 from scenes.presets.load import Setting, load_preset
 from scenes.presets.schema import Preset
@@ -232,23 +229,11 @@ class StrictCommand(click.Command):
             check_flags(ctx, order)
         return rest
 
-    def invoke(self, ctx: click.Context) -> Any:
-        """Run the command; without any other place, scratch is where its results go."""
-        for name in ("pattern", "path", "folder"):
-            if ctx.params.get(name) and self._writes(name):
-                target = Path(ctx.params[name])
-                use_scratch(target if name == "folder" else target.parent)
-        return super().invoke(ctx)
-
-    def _writes(self, name: str) -> bool:
-        """Whether that parameter is the command's -o."""
-        return any(each.name == name and "-o" in each.opts for each in self.params)
-
 
 def check_flags(ctx: click.Context, order: Sequence[click.Parameter]) -> None:
     """Raise InputError where flags contradict; ``order`` has each as often as it was given."""
     said: dict[str, str] = {}
-    for key, source in _said_flag_rules(ctx, order):
+    for key, source in _said_keys(ctx, order):
         if key in said:
             told = f"{said[key]} {source}" if said[key] != source else source
             raise InputError(told, "twice", "each key is said once", "leave one out")
@@ -265,9 +250,7 @@ def check_flags(ctx: click.Context, order: Sequence[click.Parameter]) -> None:
             raise InputError(said[rule.one], "alone", rule.why, cure)
 
 
-def _said_flag_rules(
-    ctx: click.Context, order: Sequence[click.Parameter]
-) -> Iterator[tuple[str, str]]:
+def _said_keys(ctx: click.Context, order: Sequence[click.Parameter]) -> Iterator[tuple[str, str]]:
     """Yield the key, or the name of the flag, and the source of everything that was given."""
     for parameter in order:
         name = parameter.name or ""
@@ -318,22 +301,17 @@ def frame_numbers(text: str) -> tuple[int, ...]:
     return tuple(sorted(frames))
 
 
-def memory_size(text: str) -> int:
-    """Read the bytes of ``4GB``, ``500 MB`` or ``2.5GiB``; raises InputError for anything else."""
-    match = _MEMORY.fullmatch(text.strip())
-    if match is None or not float(match[1]):
-        raise InputError("--max-memory", text, "above 0, in MB, GB, MiB or GiB", "try 4GB")
-    return round(float(match[1]) * _UNITS[match[2].lower()])
-
-
 def memory_limit_bytes(text: str | None) -> int | None:
-    """Read --max-memory: a size in bytes, 0 where ``0`` lifts the limit, None where it is absent.
+    """Read --max-memory: the bytes of ``4GB`` or ``2.5GiB``, 0 of ``0`` (no limit), or None.
 
     Raises InputError for anything else.
     """
     if text is None or text.strip() == "0":
         return None if text is None else 0
-    return memory_size(text)
+    match = _MEMORY.fullmatch(text.strip())
+    if match is None or not float(match[1]):
+        raise InputError("--max-memory", text, "above 0, in MB, GB, MiB or GiB", "try 4GB")
+    return round(float(match[1]) * _UNITS[match[2].lower()])
 
 
 def memory_flag(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -348,7 +326,7 @@ def memory_flag_of_all(command: Callable[..., Any]) -> Callable[..., Any]:
     def keep(context: click.Context, option: click.Parameter, text: str | None) -> None:
         most = memory_limit_bytes(text)
         if most is not None:
-            from scenes.render.memory import VARIABLE
+            from scenes.processes.memory import VARIABLE
 
             os.environ[VARIABLE] = str(most)
 

@@ -34,10 +34,8 @@ def use_kernel_cache(parents: Sequence[Path] | None = None) -> None:
     """Set ``NUMBA_CACHE_DIR`` for this process, if Numba is not imported yet, and its children.
 
     ``parents`` are the folders that may hold it, the first writable one is taken; None for those of
-    the program's cache. Where none is writable, kernels are kept in a temporary folder
-    until the process ends; where there is none of those either, they are not kept at all
-    (``use_scratch`` finds a place for processes that are started). One line on standard error says
-    so.
+    the program's cache. Where none is writable, one line on standard error says so, and kernels are
+    kept in a temporary folder until the process ends.
     """
     if "numba" in sys.modules:
         return
@@ -55,10 +53,9 @@ def use_kernel_cache(parents: Sequence[Path] | None = None) -> None:
             _remove_all_but_newest(parent)
             os.environ[VARIABLE] = str(parent / name)
             return
-    try:
-        os.environ[VARIABLE] = _temporary(None)
-    except OSError:
-        _keep_nothing()
+    folder = tempfile.mkdtemp(prefix=_TEMPORARY)
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    os.environ[VARIABLE] = folder
     click.echo(
         "lodbench: no writable folder for compiled kernels: they are compiled for this run only"
         f" ({VARIABLE} names a folder)",
@@ -67,14 +64,10 @@ def use_kernel_cache(parents: Sequence[Path] | None = None) -> None:
 
 
 def kernel_cache_state() -> dict[str, str | bool | None]:
-    """Say for ``doctor`` where kernels are kept, whether longer than this process, and scratch."""
+    """Say for ``doctor`` where kernels are kept, and whether longer than this process."""
     folder = os.environ.get(VARIABLE)
-    try:
-        scratch: str | None = tempfile.gettempdir()
-    except OSError:
-        scratch = None
-    kept = folder is not None and Path(folder).name.startswith(_TEMPORARY) is False
-    return {"folder": folder, "kept": kept, "temporary": scratch}
+    kept = folder is not None and not Path(folder).name.startswith(_TEMPORARY)
+    return {"folder": folder, "kept": kept}
 
 
 def is_first_run() -> bool:
@@ -83,46 +76,11 @@ def is_first_run() -> bool:
     return not folder or next(Path(folder).rglob("*.nbi"), None) is None
 
 
-def use_scratch(folder: Path) -> None:
-    """Give the process and its children a folder for temporary files, below one that is written to.
-
-    Only where the system has no folder for them: renderers and compilers cannot do without. It goes
-    when the process ends. Nothing is done where ``folder`` cannot be written to either.
-    """
-    try:
-        tempfile.gettempdir()
-    except OSError:
-        with suppress(OSError):
-            place = _temporary(_nearest(folder))
-            tempfile.tempdir = os.environ["TMPDIR"] = place
-            os.environ.setdefault(VARIABLE, place)
-
-
-def _nearest(folder: Path) -> Path:
-    """Give a folder, or where it is not there yet, the first above it that is."""
-    whole = folder.absolute()
-    return next(each for each in (whole, *whole.parents) if each.is_dir())
-
-
-def _temporary(parent: Path | None) -> str:
-    """Make a folder that is removed when the process ends. Raises OSError where it cannot be."""
-    folder = tempfile.mkdtemp(prefix=_TEMPORARY, dir=parent)
-    atexit.register(shutil.rmtree, folder, ignore_errors=True)
-    return folder
-
-
 def _make_usable(folder: Path) -> None:
     """Make a folder for kernels. Raises OSError where it cannot be written to or will not do."""
     make_writable(folder)
     if not any(folder.iterdir()) and shutil.disk_usage(folder).free < _ROOM_BYTES:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(folder))
-
-
-def _keep_nothing() -> None:
-    """Have Numba compile without a cache, which it refuses where no folder can hold one."""
-    from numba.core.dispatcher import Dispatcher
-
-    setattr(Dispatcher, "enable_caching", lambda self: None)  # noqa: B010 - a method's place
 
 
 def _remove_all_but_newest(parent: Path) -> None:

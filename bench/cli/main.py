@@ -1,4 +1,4 @@
-"""Which command was asked for, and how does it end: one line and an exit code if it goes wrong."""
+"""The program `lodbench`: its commands, and how it ends, with one line if something went wrong."""
 
 import atexit
 import errno
@@ -12,14 +12,14 @@ from typing import NoReturn
 import click
 
 from bench.cli.kernel_cache import use_kernel_cache
-from bench.cli.output import collector_paused, making_shown
+from bench.cli.output import making_shown
 from lod.errors import InputError
 from scenes.processes.signals import Stopped, ignore_signals, raise_when_stopped, restore
 from scenes.processes.streams import is_unread, open_standard_streams, write_failure
 
 COMMANDS = (
     *("doctor", "list", "show", "count", "render", "verify", "run", "report", "compare", "study"),
-    *("frames", "usd", "ids", "check", "cache", "model", "act", "ask"),
+    *("frames", "usd", "model", "act", "ask", "environments"),
 )
 OK, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 TRACEBACK = "LODBENCH_TRACEBACK"
@@ -55,9 +55,7 @@ class Commands(click.Group):
         if cmd_name not in COMMANDS:
             return None
         use_kernel_cache()
-        with collector_paused():
-            module = importlib.import_module(f"bench.cli.commands.{cmd_name}")
-        command: click.Command = module.command
+        command: click.Command = importlib.import_module(f"bench.cli.commands.{cmd_name}").command
         return command
 
 

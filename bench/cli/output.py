@@ -1,19 +1,14 @@
-"""Where do results go? With --json stdout carries JSON lines alone, and the rest is on stderr.
+"""What a command prints: results as words or, with --json, as JSON lines alone on stdout.
 
-When does a command not look for garbage? While it makes what stays until it ends.
-
-How far a command is, and how long it still takes: bars on stderr, on a terminal only.
+Progress is on stderr, as bars that are shown on a terminal only.
 """
 
-import contextlib
-import dataclasses
-import gc
 import json
 import os
 import sys
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TextIO, TypeVar
 
@@ -28,7 +23,7 @@ if TYPE_CHECKING:
     from scenes.render.worker import Making
 
 
-@dataclasses.dataclass(frozen=True)
+@dataclass(frozen=True)
 class Output:
     """Results of one command: ``record`` for programs, ``say`` for people, ``note`` for both."""
 
@@ -50,7 +45,7 @@ class Output:
         click.echo(text, err=True)
 
 
-@contextlib.contextmanager
+@contextmanager
 def output(as_json: bool) -> Iterator[Output]:
     """Open the results of one command; under --json even what a library prints goes to stderr."""
     if not as_json:
@@ -71,7 +66,11 @@ def table(rows: Iterable[Sequence[object]], indent: str = "  ") -> str:
         return ""
     widths = [max(len(row[k][0]) for row in cells) for k in range(len(cells[0]))]
     lines = (
-        indent + "  ".join(_pad(cell, width) for cell, width in zip(row, widths, strict=True))
+        indent
+        + "  ".join(
+            text.rjust(width) if is_number else text.ljust(width)
+            for (text, is_number), width in zip(row, widths, strict=True)
+        )
         for row in cells
     )
     return "\n".join(line.rstrip() for line in lines)
@@ -79,18 +78,14 @@ def table(rows: Iterable[Sequence[object]], indent: str = "  ") -> str:
 
 def _cell(value: object) -> tuple[str, bool]:
     """Write one cell: its text, and whether it is a number."""
-    if value is None:
-        return "–", True
-    if isinstance(value, float):
-        return (f"{value:,.0f}" if abs(value) >= 1000 else f"{value:.4g}"), True
-    if isinstance(value, int) and not isinstance(value, bool):
-        return f"{value:,}", True
+    match value:
+        case None:
+            return "–", True
+        case float():
+            return (f"{value:,.0f}" if abs(value) >= 1000 else f"{value:.4g}"), True
+        case int() if not isinstance(value, bool):
+            return f"{value:,}", True
     return str(value), False
-
-
-def _pad(cell: tuple[str, bool], width: int) -> str:
-    text, is_number = cell
-    return text.rjust(width) if is_number else text.ljust(width)
 
 
 def _plain(value: Any) -> Any:
@@ -99,22 +94,6 @@ def _plain(value: Any) -> Any:
     if isinstance(value, os.PathLike):
         return os.fspath(value)
     raise TypeError(f"{type(value).__name__} is no JSON")
-
-
-@contextmanager
-def collector_paused() -> Iterator[None]:
-    """Pause Python's search for garbage in cycles, which takes a tenth of a command that is short.
-
-    Modules and compiled kernels are a million objects that are never garbage, and each search looks
-    at them again. Arrays are freed as ever, when nothing refers to them.
-    """
-    was_on = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if was_on:
-            gc.enable()
 
 
 Progress = Callable[[int, int, str], None]
@@ -212,10 +191,8 @@ class FrameProgress:
 
     def finish_frame(self, record: dict[str, Any]) -> None:
         """Count one frame more; a kept one says nothing about the time that the others take."""
-        if self._bar.disable:
-            return
         self._done += 1
-        if record.get("kept"):
+        if record.get("kept") and not self._bar.disable:
             self._bar.initial += 1
         self._move(self._done)
 
@@ -228,9 +205,13 @@ class FrameProgress:
         """
         if self._bar.disable:
             return
+        import psutil
+
         share = traced / total if total else 0.0
         doing = f"{share:.0%} of {total / 1e6:.1f} M samples" if total else "preparing"
-        words = [self._making_text(*making) if making else doing, *_memory(process)]
+        words = [self._making_text(*making) if making else doing]
+        with suppress(psutil.Error):
+            words.append(f"{psutil.Process(process).memory_info().rss / 1e9:.2f} GB")
         self._bar.set_postfix_str(", ".join(words), refresh=False)
         self._move(self._done + share)
 
@@ -247,8 +228,9 @@ class FrameProgress:
         return f"{text}, {duration_text(left)} left"
 
     def _move(self, frames: float) -> None:
-        self._bar.n = frames
-        self._bar.refresh()
+        if not self._bar.disable:
+            self._bar.n = frames
+            self._bar.refresh()
 
 
 @contextmanager
@@ -256,54 +238,12 @@ def frame_progress(frames: int) -> Iterator[FrameProgress]:
     """Open a bar for so many frames; it is silent away from a terminal and under --json."""
     from tqdm import tqdm
 
-    with tqdm(
-        total=frames,
-        disable=not bars_are_shown(),
-        leave=False,
-        file=sys.stderr,
-        bar_format=_FRAME_FORMAT,
-        smoothing=0,
-    ) as bar:
+    shown = bars_are_shown()
+    looks = {"leave": False, "smoothing": 0, "bar_format": _FRAME_FORMAT}
+    with tqdm(total=frames, disable=not shown, file=sys.stderr, **looks) as bar:
         yield FrameProgress(bar)
-
-
-def _memory(process: int) -> Iterator[str]:
-    import psutil
-
-    try:
-        yield f"{psutil.Process(process).memory_info().rss / 1e9:.2f} GB"
-    except psutil.Error:
-        return
-
-
-@dataclass(frozen=True)
-class RunTime:
-    """Seconds that a finished experiment was expected to take, and those that it took."""
-
-    expected_s: float
-    measured_s: float
-
-
-def seconds_left(expected_s: Iterable[float], finished: Iterable[RunTime]) -> float:
-    """Estimate the seconds that are left, at the pace of what is finished.
-
-    Before anything is finished, the expected pace counts.
-    """
-    done = list(finished)
-    planned, spent = sum(each.expected_s for each in done), sum(each.measured_s for each in done)
-    return sum(expected_s) * (spent / planned if planned else 1.0)
 
 
 def duration_text(seconds: float) -> str:
     """Write a duration as ``40 s`` or ``12 min``."""
     return f"{seconds:.0f} s" if seconds < 90 else f"{seconds / 60:.0f} min"
-
-
-def time_left_text(
-    names: Iterable[str], expected_seconds: Mapping[str, float], finished: Iterable[RunTime]
-) -> str:
-    """Write how long the next experiment takes, and all of them; ``names`` begin with the next."""
-    done = list(finished)
-    left = [expected_seconds[name] for name in names]
-    first, whole = (duration_text(seconds_left(each, done)) for each in (left[:1], left))
-    return f"about {first}" if len(left) == 1 else f"about {first}; {whole} for all that is left"

@@ -21,8 +21,8 @@ import numpy as np
 from jaxtyping import Bool, Float64, Int64
 
 from bench.experiment import Experiment, Table, Topic
-from bench.plots.plot import Curve as Drawn
-from bench.plots.plot import Plot, curves
+from bench.plots import Curve as Drawn
+from bench.plots import Plot, curves
 from bench.posing import posing_times
 from bench.records.claims import EXACT, Claim, at_most, claim, four_decimals, within
 from bench.records.records import Point, Record, columns, grouped, where

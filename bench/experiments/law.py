@@ -34,19 +34,21 @@ from bench.counting import (
 )
 from bench.experiment import Experiment, Topic
 from bench.part_sizes import camera, prototypes_with, seed_of
-from bench.plots.plot import Curve, Plot, against_law, curves
+from bench.plots import Curve, Plot, against_law, curves
 from bench.records.claims import Claim, at_most, claim, within
 from bench.records.records import Column, Point, Record, columns, grouped, predictions, where
 from bench.statistics.estimates import (
     TWO_SIDED_TAILS,
     Estimate,
+    StoppingRule,
     fields_needed,
+    sample,
     two_sided_mean,
     two_sided_paired_ratio,
     two_sided_ratio,
     two_sided_slope,
+    worst_error,
 )
-from bench.statistics.samples import StoppingRule, sample, worst_error
 from lod.arrays import Reals
 from lod.crossfade import blend_weights
 from lod.metric import METRICS

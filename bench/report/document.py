@@ -1,27 +1,111 @@
 """The report as data: sections of blocks in reading order, which both writers walk.
 
-A section is one record; its blocks are what a reader meets, one after the other. ``html`` and
-``markdown`` say how each kind of block looks, and nothing of what stands in it.
+A section is one record; its blocks are what a reader meets, one after the other. ``pages`` says how
+each kind of block looks, and nothing of what stands in it; ``first_screen`` says what comes first.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from bench.experiment import Table
-from bench.plots.plot import Plot
+from bench.plots import Plot
 from bench.records.claims import Claim, Kind
 from bench.records.probe import CASES
 from bench.records.probe import NOTE as PROBE
 from bench.records.records import NOTE, Pictures, Record
-from bench.report.words import (
-    CLAIM_HEADS,
-    GLOSSARY,
-    group_claims,
-    summarise_verdicts,
-    verified,
+
+MARKS = {"holds": "✓", "refuted": "✗", "expected violation": "≠", "inconclusive": "?"}
+"""Sign of each verdict, in the order in which verdicts are counted."""
+
+GLOSSARY = (
+    ("object, part", "An object is a tree of parts: a person, arms, hands, fingers."),
+    (
+        "displayed",
+        "A part is displayed while the viewer could resolve it: nearer than its limit D.",
+    ),
+    ("examined", "Tested against the limit, whether it was then displayed or not."),
+    ("P, R", "Size of what would be lost, and reach of the part; both in metres (§2.4)."),
+    ("K", "Objects per square metre."),
+    ("m", "The smallest angle that counts: detail threshold in pixels × the angle of a pixel."),
+    ("D", "Limit distance; (P + R)/m for the metric of the paper."),
+    ("field", "One random world, from a seed of its own. Every point is a mean over many."),
+    ("95 % interval", "Would hold the true value in 95 of 100 repetitions of the experiment."),
+    ("holds", "The whole interval lies within what was claimed."),
+    ("refuted", "The whole interval lies outside what was claimed."),
+    (
+        "expected violation",
+        "The whole interval lies outside, in a case where the theory itself says that this rule "
+        "fails: it shows where the rule ends, and refutes nothing.",
+    ),
+    (
+        "measurement, verification",
+        "A measurement could have come out otherwise. A verification follows from how the program "
+        "and its world are made, such as the law of a Poisson field: refuted, it shows a bug or a "
+        "wrong assumption.",
+    ),
+    ("inconclusive", "The interval reaches over the edge: more replicates would tell."),
+    (
+        "equivalent within ±m",
+        "The whole interval lies within the margin about the value: equivalence is shown.",
+    ),
+    ("exact", "Counted or calculated: there is no error of sampling."),
 )
 
-TITLE = "lodbench: what was claimed, and what was measured"
+
+def summarise_verdicts(claims: Sequence[Claim]) -> str:
+    """Put the verdicts of what was measured into one sentence; none gives an empty text."""
+    count = {verdict: sum(c.verdict == verdict for c in claims) for verdict in MARKS}
+    if not claims:
+        return ""
+    failed = count["expected violation"]
+    tried = len(claims) - failed
+    ends = f" {_EXPECTED[failed > 1].format(failed)}" if failed else ""
+    if count["holds"] == tried:
+        return f"Yes: all {tried} claims hold.{ends}"
+    if count["refuted"]:
+        return (
+            f"Not as claimed: of {tried} claims {count['refuted']} "
+            f"{'is' if count['refuted'] == 1 else 'are'} refuted, "
+            f"{count['inconclusive']} inconclusive, {count['holds']} hold.{ends}"
+        )
+    return f"So far {count['holds']} of {tried} claims hold; the others are inconclusive.{ends}"
+
+
+def verified(claims: Sequence[Claim]) -> str:
+    """Put what verifies the program into one sentence; no claims give an empty text."""
+    if not claims:
+        return ""
+    sound = sum(claim.verdict in ("holds", "expected violation") for claim in claims)
+    open_ = sum(claim.verdict == "inconclusive" for claim in claims)
+    wrong = ", ".join(claim.name for claim in claims if claim.verdict == "refuted")
+    ends = f", {open_} inconclusive" if open_ else ""
+    ends += f"; REFUTED, which is a bug or a wrong assumption: {wrong}" if wrong else ""
+    return f"Verification of the program: {sound} of {len(claims)} as predicted{ends}."
+
+
+_EXPECTED = (
+    "1 more is an expected violation.",
+    "{} more are expected violations.",
+)
+
+
+def group_claims(claims: Sequence[Claim]) -> Iterable[tuple[str, list[Claim]]]:
+    """Group claims by their estimands; gives titles and claims, as the groups first occur."""
+    grouped: dict[str, list[Claim]] = {}
+    for claim in claims:
+        grouped.setdefault(claim.estimand, []).append(claim)
+    return grouped.items()
+
+
+CLAIM_HEADS = ("verdict", "condition", "claimed", "measured (95 %)", "unit", "source", "name")
+
+
+def claim_cells(claim: Claim) -> tuple[str, ...]:
+    """Write a claim as the cells of a table row that follow its verdict."""
+    return (
+        *(claim.where or "everywhere", str(claim.bound), claim.measured_text, claim.unit),
+        *(claim.source, claim.name),
+    )
 
 
 @dataclass(frozen=True)
@@ -78,7 +162,48 @@ class OriginBlock:
     command: str
 
 
-Block = TableBlock | ClaimsBlock | PlotsBlock | PicturesBlock | ListBlock | OriginBlock
+@dataclass(frozen=True)
+class TextBlock:
+    """A paragraph; text between backquotes is code. ``lede`` where it opens the page."""
+
+    text: str
+    lede: bool = False
+
+
+@dataclass(frozen=True)
+class Headline:
+    """One measured claim in a row of the first screen, and the section that it is from.
+
+    cells    texts of the row, after the verdict
+    drawing  the claimed range and the interval, as a small SVG
+    """
+
+    section: "Section"
+    claim: Claim
+    cells: tuple[str, ...]
+    drawing: str
+
+
+@dataclass(frozen=True)
+class HeadlinesBlock:
+    """The claims that a reader of one minute sees, a row each under their heads."""
+
+    title: str
+    caption: str
+    heads: tuple[str, ...]
+    rows: Sequence[Headline]
+
+
+Block = (
+    TableBlock
+    | ClaimsBlock
+    | PlotsBlock
+    | PicturesBlock
+    | ListBlock
+    | OriginBlock
+    | TextBlock
+    | HeadlinesBlock
+)
 
 
 @dataclass(frozen=True)
@@ -147,21 +272,6 @@ class Section:
         if self.point_table[1]:
             yield TableBlock("Every point", *self.point_table, folded=True)
         yield self.origin
-
-
-@dataclass(frozen=True)
-class Document:
-    """The whole report; ``glossary`` explains words."""
-
-    sections: Sequence[Section]
-    title: str = TITLE
-    glossary: Sequence[tuple[str, str]] = GLOSSARY
-
-    @property
-    def verified(self) -> str:
-        """Everything that was verified, in one sentence."""
-        checks = [claim for each in self.sections for claim in each.of_kind("verification")]
-        return verified(checks)
 
 
 def run_command(record: Record) -> str:

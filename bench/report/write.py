@@ -1,6 +1,14 @@
-"""How does a folder of records become a report: one offline page, Markdown, CSV and JSON?"""
+"""Is a record of older code? Marked where its sources are others and its probe has changed.
+
+Which numbers does the report give to programs? All claims and points, with record hashes.
+
+How does a folder of records become a report: one offline page, Markdown, CSV and JSON?
+"""
 
 import base64
+import csv
+import io
+import json
 import os
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
@@ -10,14 +18,86 @@ from pathlib import Path
 from typing import TypeVar
 
 from bench.experiment import Progress, experiments, point_table, silent
+from bench.records.probe import NOTE, SOURCES, has_changed, take_probe
 from bench.records.records import Record, pictures_of, read_records
-from bench.report.document import Document, Section
-from bench.report.html import to_html
-from bench.report.markdown import picture_path, plot_path, to_markdown
-from bench.report.stale import stale
-from bench.report.tables import TABLES, claims_csv, claims_json, points_csv
+from bench.report.document import Section
+from bench.report.pages import picture_path, plot_path, to_html, to_markdown
+from bench.runs import sources
 from lod.errors import InputError
 from scenes.files import check_free, made_by_lodbench, whole_file
+
+NO_PROBE = (
+    "Of older code: this record keeps no probe by which to tell whether it would come out so."
+)
+CHANGED = "Of older code: the frame that this record keeps as a probe comes out otherwise today."
+OTHER_VERSION = "Of older code: its experiment asks something else today."
+
+
+def stale(record: Record) -> str:
+    """Say in a sentence that a record is of older code; an empty text where it is not.
+
+    A frame is rendered only where the sources are others than those that made the record.
+    """
+    experiment = experiments().get(record.experiment)
+    if experiment is not None and experiment.version != record.version:
+        return OTHER_VERSION
+    probe = record.notes.get(NOTE)
+    if probe is None:
+        return NO_PROBE
+    if record.notes.get(SOURCES) == sources():
+        return ""
+    return CHANGED if has_changed(probe, take_probe(probe["preset"])) else ""
+
+
+TABLES = "tables"
+"""Folder of the points, with a file for each record."""
+
+_CLAIM = (
+    *("name", "verdict", "estimand", "relation", "value", "margin", "measured", "low", "high"),
+    *("unit", "where", "source", "kind", "sentence"),
+)
+
+
+def claims_csv(sections: Sequence[Section]) -> str:
+    """Write a CSV row for each claim."""
+    heads = "experiment", "quick", "record_sha256", *_CLAIM
+    rows = (
+        (s.record.experiment, s.record.quick, s.record.sha256, *(getattr(c, k) for k in _CLAIM))
+        for s in sections
+        for c in s.claims
+    )
+    return _csv(heads, rows)
+
+
+def claims_json(sections: Sequence[Section]) -> str:
+    """Write a JSON object for each record."""
+    data = [
+        {
+            "experiment": s.record.experiment,
+            "quick": s.record.quick,
+            "record_sha256": s.record.sha256,
+            "commit": s.record.provenance.commit,
+            "claims": [claim.as_json() for claim in s.claims],
+        }
+        for s in sections
+    ]
+    return json.dumps(data, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def points_csv(section: Section) -> str:
+    """Write the record's point table as CSV, as it is on the page."""
+    heads, rows = section.point_table
+    sha256 = section.record.sha256
+    return _csv(("record_sha256", *heads), ((sha256, *row) for row in rows))
+
+
+def _csv(heads: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(heads)
+    writer.writerows(rows)
+    return stream.getvalue()
+
 
 _Result = TypeVar("_Result")
 
@@ -33,7 +113,7 @@ def write_report(
     folder = Path(folder)
     records = read_records(folder)
     if not records:
-        cure = f"make one with `lodbench run scaling -o {folder}`"
+        cure = f"make one with `lodbench run law -o {folder}`"
         raise InputError("DIR", str(folder), "a folder with at least one record", cure)
     html, markdown = folder / "report.html", folder / "report.md"
     replaces = overwrite or made_by_lodbench(html)
@@ -41,8 +121,7 @@ def write_report(
         check_free(path, replaces, "DIR")
     sections = _sections(sorted(records, key=_place), progress)
     progress(2 * len(records), 2 * len(records) + 1, "pages")
-    report = Document(sections)
-    files: dict[Path, str | bytes] = {html: to_html(report), markdown: to_markdown(report)}
+    files: dict[Path, str | bytes] = {html: to_html(sections), markdown: to_markdown(sections)}
     files |= {folder / name: text for name, text in _beside(sections).items()}
     for path in files:
         check_free(path, replaces, "DIR")

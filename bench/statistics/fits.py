@@ -15,12 +15,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import statsmodels.api as sm
 from jaxtyping import Float64
 from scipy import stats
 
 from bench.statistics.estimates import Estimate, student_interval
-from bench.statistics.excess_flip import ONE_SIDED_CONFIDENCE
 from lod.arrays import Reals
 from lod.errors import InputError
 
@@ -66,6 +64,8 @@ def fit_exponent(x: Reals, y: Reals) -> Estimate:
     The fit is least squares of logarithms; errors are HC3, the interval is Student's. Raises
     InputError for fewer than 3 values and for values that are not finite and above 0.
     """
+    import statsmodels.api as sm
+
     fit = sm.OLS(np.log(_positive(y)), sm.add_constant(np.log(_positive(x)))).fit(cov_type="HC3")
     value, error = float(fit.params[1]), float(fit.bse[1])
     return student_interval(value, error, float(fit.df_resid), len(y))
@@ -79,6 +79,8 @@ def compare_with_log(x: Reals, y: Reals) -> RivalModels:
     """
     if len(x) < LEAST_ROWS:
         raise InputError("compare_with_log", len(x), f"at least {LEAST_ROWS} rows")
+    import statsmodels.api as sm
+
     design = sm.add_constant(np.log(_positive(x)))
     power, plain = sm.OLS(np.log(_positive(y)), design).fit(), sm.OLS(y, design).fit()
     gained = float(plain.aic - (power.aic + 2 * np.log(y).sum()))
@@ -92,6 +94,10 @@ def _positive(values: Reals) -> Reals:
             "compare_with_log", float(np.min(values)), "3 values or more, finite and above 0"
         )
     return values
+
+
+ONE_SIDED_CONFIDENCE = 0.95
+"""The probability that one bound alone is on the right side of the truth."""
 
 
 def noise_free(

@@ -21,6 +21,7 @@ import click
 import numpy as np
 
 from bench.cli.output import counted, table
+from bench.images.compare import LEAST_PAIRS, flip_by_pixel
 from bench.part_sizes import (
     COARSE_M,
     camera,
@@ -33,7 +34,6 @@ from bench.part_sizes import (
 )
 from bench.records.study_record import study_record, write_study_record
 from bench.statistics.estimates import Estimate, two_sided_mean
-from bench.statistics.excess_flip import LEAST_PAIRS, flip_by_pixel
 from bench.statistics.fits import noise_free, one_sided_mean
 from lod.arrays import Reals
 from lod.camera import ThinLens

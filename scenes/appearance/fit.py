@@ -1,30 +1,26 @@
-"""How much of a leaf appearance and of the parts that it stands for lies in one another.
+"""Fit of leaf appearances to what they hide: silhouette, gaps and colour, for any part hierarchy.
 
-While the parts of a level show half of themselves, as when they fade (``lod.crossfade``),
-the object is to cover what it does with all of them and with none, in the mean. The share s of the
-leaf appearance that makes it so, with the inner appearance whole, gives the overlap c of
+Level by level, every part that owns parts gets a few blobs, as thick as makes them cover on average
+what they hide. Of its own sticks those stay that are mostly seen, such as the clear trunk of a
+tree. Then all blobs of a level are made thicker or thinner, by one factor for each elevation of the
+eye, so that the object displayed down to that level covers from there what it does in full detail:
+neighbours overlap otherwise than what they stand for. Shapes that a model has chosen for its parts
+(``PartSticks.chosen``) are fitted from there on. Tints are chosen so that the mean albedo of all
+that is seen is the object's. How brightly they shine is another fit (``scenes.appearance.tone``).
+
+Blobs are a stochastic simplification, after R. Cook, J. Halstead, M. Planck & D. Ryu, "Stochastic
+simplification of aggregate detail", SIGGRAPH 2007: of many like elements few are kept, enlarged so
+that they cover the same area. Here the few are drawn evenly: what is hidden is halved by area again
+and again along its longest extent (a k-d tree), and each group becomes one stick along its longest
+spread, as thick as it must be. They stay apart, so that the crown keeps its gaps. A flat spray, as
+a conifer's boughs are, is halved across its width: sticks are round, and only several side by side
+cover much from above and little from the side.
+
+Overlap is how much of a leaf appearance and of the parts that it stands for lies in one another.
+While the parts of a level show half of themselves, as when they fade (``lod.crossfade``), the
+object is to cover what it does with all of them and with none, in the mean. The share s of the leaf
+appearance that makes it so, with the inner appearance whole, gives the overlap c of
 ``lod.crossfade``: for a hidden share of a half s = ½/(1 − c/2), so that c = 2 − 1/s.
-
-Stochastic simplification: a few larger shapes in the place of many hidden sticks.
-
-After R. Cook, J. Halstead, M. Planck & D. Ryu, "Stochastic simplification of aggregate detail",
-SIGGRAPH 2007: of many like elements few are kept, enlarged so that they cover the same area. Here
-the few are drawn evenly: what is hidden is halved by area again and again along its longest extent
-(a k-d tree), and each group becomes one stick along its longest spread, as thick as it must be.
-They stay apart, so that the crown keeps its gaps. A flat spray, as a conifer's boughs are, is
-halved across its width: sticks are round, and only several side by side cover much from above and
-little from the side.
-
-Fit of leaf appearances to what they hide: silhouette, gaps and colour, for any part hierarchy.
-
-Level by level, every part that owns parts gets a few blobs (``simplification``), as thick as makes
-them cover on average what they hide. Of its own sticks those stay that are mostly seen, such as the
-clear trunk of a tree. Then all blobs of a level are made thicker or thinner, by one factor for each
-elevation of the eye, so that the object displayed down to that level covers from there what it does
-in full detail: neighbours overlap otherwise than what they stand for. Shapes that a model has
-chosen for its parts (``PartSticks.chosen``) are fitted from there on. Tints are chosen so that the
-mean albedo of all that is seen is the object's. How brightly they shine is another fit
-(``scenes.appearance.tone``).
 """
 
 from collections.abc import Sequence
@@ -34,7 +30,7 @@ import numpy as np
 from jaxtyping import Bool, Float64, Int64
 from numba import njit
 
-from lod.arrays import Flags, Ints, Points, Reals
+from lod.arrays import Ints, Points, Reals
 from lod.shapes import StickTable
 from lod.threads import map_chunks
 from scenes.appearance.visible_area import CrownViews, look_at
@@ -43,6 +39,36 @@ from scenes.processes.progress import tell
 from scenes.sticks.areas import COARSE, directions, mean_area, mean_outline_areas
 from scenes.sticks.by_view import ELEVATIONS_DEG, ViewDependence, with_area_share
 from scenes.sticks.shapes import PartSticks, Shapes
+
+MOSTLY = 0.4
+"""Share of a part's own stick that must be seen, over all directions, for the stick to stay."""
+
+WORTH = 0.01
+"""Least share of what a part covers that the sticks that stay have together."""
+
+STEPS = 3
+"""Steps to the right cover from each elevation."""
+
+
+CODE = ("lod", "scenes.sticks", "scenes.appearance")
+"""Sources that a fit depends on."""
+
+_COLUMNS = tuple(each.name for each in fields(StickTable))
+
+FITTING_DIRECTIONS = 16
+
+_FULLEST = 2.236
+"""√5: half an axis of an even ellipsoid, as a share of its standard deviation along it."""
+
+FLAT = 2.0
+"""The square of a flat spray's width over its length times its thickness: more in a plate, 1 in a
+ball, less in a rod."""
+
+BLOBS_PER_DECADE = 1.2
+"""Blobs for each tenfold of the sticks that they stand for."""
+
+_STEP = 0.7
+"""Power of the missing area by which radii grow: converges for thin sticks and for round blobs."""
 
 SEEN_FROM = (0, 2, 4)
 """Elevations, as rows of ELEVATIONS_DEG, over which cover is compared."""
@@ -55,6 +81,20 @@ TOLERANCE = 2e-3
 
 _STEPS = 4
 _NOTHING = 1e-6  # a share of area at which a stick is too thin to be met
+
+
+@dataclass(frozen=True, eq=False)
+class FittedAppearances:
+    """Leaf appearances of the n parts of an object.
+
+    leaf             sticks of each part; those of parts that own none are their own
+    view_dependence  tables of the blobs among them, one row for each level
+    overlap (n,)     as in Hierarchy
+    """
+
+    leaf: StickTable
+    view_dependence: ViewDependence
+    overlap: Reals
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,99 +116,156 @@ class LevelAppearance:
         return wood, blobs
 
 
-def measure_overlap(
-    parent: Ints, level: Ints, inner: StickTable, leaf: StickTable, palette: np.ndarray
-) -> Reals:
-    """Measure the overlap of every part of an object from its two appearances, (n,).
+def fit_appearances(parts: PartSticks) -> FittedAppearances:
+    """Fit the leaf appearances of all parts of an object, or find them where they are kept."""
 
-    Parts of one level have one overlap; it is 0 for parts that own none. The appearances look the
-    same from everywhere.
+    def make() -> dict[str, np.ndarray]:
+        found = _fit(parts)
+        tell(1.0)
+        columns = dict(zip(_COLUMNS, (found.leaf.first, *found.leaf.columns), strict=True))
+        views = found.view_dependence
+        tables = {"table_row": views.table_row, "area_share": views.area_share}
+        return {**columns, **tables, "overlap": found.overlap}
+
+    own = parts.own.first, *parts.own.columns
+    meshes = None if parts.meshes is None else (parts.meshes.first_face, *parts.meshes.surface)
+    chosen = None if parts.chosen is None else (parts.chosen.first, *parts.chosen.columns)
+    key = content_key(parts.parent, parts.level, own, parts.palette, meshes, chosen)
+    arrays = kept("appearance", key, make, CODE)
+    leaf = StickTable(*(arrays[name] for name in _COLUMNS))
+    views = ViewDependence.of_area(arrays["table_row"], arrays["area_share"])
+    return FittedAppearances(leaf, views, arrays["overlap"])
+
+
+def _fit(parts: PartSticks) -> FittedAppearances:
+    n = len(parts.parent)
+    whole = parts.shown(np.ones(n, np.bool_))
+    full, seen = look_at(whole), np.zeros(len(parts.own))
+    seen[parts.shows_sticks] = full.seen[: len(whole.sticks)]
+    mostly = seen >= MOSTLY * np.maximum(mean_outline_areas(parts.own), 1e-12)
+    colour = full.mean_colour(whole, parts.palette)
+    levels = [_fit_level(parts, k, full, colour, mostly) for k in range(parts.finest)]
+    ends = parts.own.only(~parts.owns)
+    tables, rows = [ends], [np.full(len(ends), -1)]
+    for k, each in enumerate(levels):
+        at = parts.inner_rows(k)
+        for row, table in ((-1, each.wood), (k, each.blobs)):
+            tables.append(table.with_owner(n, at[table.owner]))
+            rows.append(np.full(len(table), row))
+    owner = np.concatenate([table.owner for table in tables])
+    in_order = np.concatenate(rows)[np.argsort(owner, kind="stable")]
+    shares = np.array([each.area_share for each in levels]).reshape(-1, len(ELEVATIONS_DEG))
+    leaf, overlap = StickTable.merge(tables), overlaps(parts, levels, full)
+    return FittedAppearances(leaf, ViewDependence.of_area(in_order, shares), overlap)
+
+
+def _fit_level(
+    parts: PartSticks,
+    level: int,
+    full: CrownViews,
+    colour: Float64[np.ndarray, "3"],
+    seen: Bool[np.ndarray, " k"],
+) -> LevelAppearance:
+    """Fit the leaf appearances of the parts of one level that own parts.
+
+    full, colour: what the object is to look like at every level, and its mean albedo (3,)
+    seen (k,)     which sticks are mostly seen
     """
-    owns = np.zeros(len(parent), np.bool_)
-    owns[parent[parent >= 0]] = True
-    own = StickTable.merge([inner.only(owns), leaf.only(~owns)])
-    parts = PartSticks(parent, level, own, palette)
-    always = np.ones(len(ELEVATIONS_DEG))
-    levels = []
-    for k in range(parts.finest):
-        table = leaf.of_parts((level == k) & owns)
-        levels.append(LevelAppearance(table.take(np.zeros(0, np.int64)), table, always))
-    return overlaps(parts, levels, look_at(Shapes.of(own)))
+    if parts.chosen is not None:
+        blobs = parts.chosen.of_parts((parts.level == level) & parts.owns)
+        wood, own = blobs.take(np.zeros(0, np.int64)), parts.palette[blobs.tint]
+        kept = parts.shown(parts.above(level))
+    else:
+        rows, bearer = parts.inner_rows(level), parts.bearer(level)
+        m = len(rows)
+        borne = bearer >= 0
+        target = fitting_area(parts.own.take(borne).with_owner(m, bearer[borne]))
+        wood, stays = _kept_wood(parts, rows, seen, target)
+        hides = borne & ~stays
+        order = np.flatnonzero(hides)[np.argsort(bearer[hides], kind="stable")]
+        hidden = parts.own.take(hides).with_owner(m, bearer[hides])
+        groups, blob_of_stick = cluster(hidden, blob_counts(hidden.count))
+        blobs = groups.table(m, fit_radii(groups, wood, target))
+        kept = parts.shown(parts.above(level)).with_sticks(wood)
+        # The mean albedo of the sticks that each blob stands for, by their area.
+        area, albedo = mean_outline_areas(hidden), parts.palette[parts.own.tint[order]]
+        sums = [np.bincount(blob_of_stick, area * c, len(blobs)) for c in albedo.T]
+        own = np.stack(sums, axis=1) / np.bincount(blob_of_stick, area, len(blobs))[:, None]
+    share = _fit_area_share(blobs, kept, full)
+    thick = with_area_share(blobs, share.max())
+    tint = _tints(thick, own, kept, full, colour, parts)
+    return LevelAppearance(wood, replace(thick, tint=tint), share / share.max())
 
 
-def overlaps(parts: PartSticks, levels: Sequence[LevelAppearance], views: CrownViews) -> Reals:
-    """Find the overlap of every part, one for each level; 0 for parts that own none, (n,)."""
-    found = np.zeros(len(parts.parent))
-    for k in range(len(levels)):
-        found[parts.inner_rows(k)] = _level_overlap(parts, k, levels, views)
-    return found
+def _kept_wood(
+    parts: PartSticks,
+    rows: Int64[np.ndarray, " m"],
+    seen: Bool[np.ndarray, " k"],
+    target: Float64[np.ndarray, " m"],
+) -> tuple[StickTable, Bool[np.ndarray, " k"]]:
+    """Choose what parts keep of their own sticks, as a table of m parts, and which those are, (k,).
 
-
-def _level_overlap(
-    parts: PartSticks, level: int, levels: Sequence[LevelAppearance], views: CrownViews
-) -> float:
-    """Find the overlap of the leaf appearances of a level and of the parts they stand for."""
-    inner = _displayed(parts, level, levels, 0.5)
-
-    def mean_cover(shown: dict[int, Shapes]) -> float:
-        def run(first: int, last: int) -> list[float]:
-            return [views.weight[e] * views.covered(shown[e], e) for e in SEEN_FROM[first:last]]
-
-        return sum(each for some in map_chunks(run, len(SEEN_FROM), 1) for each in some)
-
-    above = parts.shown(parts.above(level))
-    without = {e: above.with_sticks(*levels[level].shown(1.0, e)) for e in SEEN_FROM}
-    wanted = (mean_cover(_displayed(parts, level, levels, 1.0)) + mean_cover(without)) / 2
-
-    def missing(share: float) -> float:
-        shown = {e: inner[e].with_sticks(*levels[level].shown(share, e)) for e in SEEN_FROM}
-        return 1 - mean_cover(shown) / wanted
-
-    low, high = 1 / (2 - LEAST), 1 / (2 - GREATEST)
-    lack, excess = missing(low), missing(high)
-    for _ in range(_STEPS):  # cover grows with the share: regula falsi
-        if lack <= 0 or excess >= 0:
-            break
-        middle = low + (high - low) * lack / (lack - excess)
-        off = missing(middle)
-        if abs(off) < TOLERANCE:
-            return 2 - 1 / middle
-        if off > 0:
-            low, lack = middle, off
-        else:
-            high, excess = middle, off
-    return 2 - 1 / (low if abs(lack) < abs(excess) else high)
-
-
-def _displayed(
-    parts: PartSticks, level: int, levels: Sequence[LevelAppearance], share: float
-) -> dict[int, Shapes]:
-    """Everything that shows while the parts of a level's parts show a share of themselves.
-
-    The leaf appearances of the level are left out. There are shapes for each of SEEN_FROM.
+    It is the run of sticks from the part's base on that are mostly seen, if that is worth it: two
+    at most, along a chain of more.
     """
-    finer = level + 1
-    inner = parts.shown(parts.level <= level)
-    shown = inner.merged(parts.shown((parts.level == finer) & ~parts.owns, share))
-    if finer >= len(levels):
-        return dict.fromkeys(SEEN_FROM, shown)
-    return {e: shown.with_sticks(*levels[finer].shown(share, e)) for e in SEEN_FROM}
+    own, m = parts.own, len(rows)
+    stays, chosen = np.zeros(len(own), np.bool_), []
+    outline = mean_outline_areas(own)
+    for number, row in enumerate(rows):
+        first, last = own.first[row], own.first[row + 1]
+        hidden = np.flatnonzero(~seen[first:last])
+        end = first + (hidden[0] if len(hidden) else last - first)
+        if outline[first:end].sum() < WORTH * target[number]:
+            continue
+        stays[first:end] = True
+        middle = (first + end) // 2 if end - first > 2 else end - 1
+        chosen += [
+            (number, a, b) for a, b in ((first, middle), (middle + 1, end - 1)) if first <= a <= b
+        ]
+    owner, a, b = np.array(chosen, np.int64).reshape(-1, 3).T
+    columns = own.start[a], own.end[b], own.start_radius[a], own.end_radius[b], own.tint[a]
+    return StickTable.of(m, owner, *columns), stays
 
 
-FITTING_DIRECTIONS = 16
+def _fit_area_share(blobs: StickTable, kept: Shapes, full: CrownViews) -> Reals:
+    """Find which share of their area blobs show from each elevation, (e,), over 1 or below.
 
-_FULLEST = 2.236
-"""√5: half an axis of an even ellipsoid, as a share of its standard deviation along it."""
+    The object then covers as much as in full detail.
+    """
 
-FLAT = 2.0
-"""The square of a flat spray's width over its length times its thickness: more in a plate, 1 in a
-ball, less in a rod."""
+    def at(e: int) -> float:
+        bare, share, wanted = full.covered(kept, e) if len(kept) else 0.0, 1.0, full.covers[e]
+        for _ in range(STEPS):
+            shown = kept.with_sticks(with_area_share(blobs, share))
+            ratio = (wanted - bare) / max(full.covered(shown, e) - bare, 1e-9)
+            share = float(np.clip(share * np.clip(ratio, 0.3, 3.0) ** 1.2, 0.05, 8.0))
+        return share
 
-BLOBS_PER_DECADE = 1.2
-"""Blobs for each tenfold of the sticks that they stand for."""
+    found = map_chunks(lambda first, last: [at(e) for e in range(first, last)], len(full.covers), 1)
+    return np.array([share for some in found for share in some])
 
-_STEP = 0.7
-"""Power of the missing area by which radii grow: converges for thin sticks and for round blobs."""
+
+def _tints(
+    blobs: StickTable,
+    own: Points,
+    kept: Shapes,
+    full: CrownViews,
+    colour: Float64[np.ndarray, "3"],
+    parts: PartSticks,
+) -> Ints:
+    """Choose rows of the palette for blobs, about their own albedos (g, 3).
+
+    All that is seen has the object's mean albedo then.
+    """
+    palette, sticks = parts.palette, len(kept.sticks)
+    area = full.weight @ full.seen_areas(kept.with_sticks(blobs))
+    is_blob = np.zeros(len(area), np.bool_)
+    is_blob[sticks : sticks + len(blobs)] = True
+    of_kept, of_blobs = area[~is_blob], area[is_blob]
+    left = area.sum() * colour - of_kept @ kept.albedos(palette)
+    shift = (left - of_blobs @ own) / max(of_blobs.sum(), 1e-9)
+    wanted = np.clip(own + shift, 0, 1)
+    return error_diffusion(of_blobs, wanted, palette, np.unique(parts.own.tint))
 
 
 @dataclass(frozen=True, eq=False)
@@ -368,190 +465,80 @@ def _diffuse_error(weight, wanted, palette):  # type: ignore[no-untyped-def]
     return chosen
 
 
-MOSTLY = 0.4
-"""Share of a part's own stick that must be seen, over all directions, for the stick to stay."""
+def measure_overlap(
+    parent: Ints, level: Ints, inner: StickTable, leaf: StickTable, palette: np.ndarray
+) -> Reals:
+    """Measure the overlap of every part of an object from its two appearances, (n,).
 
-WORTH = 0.01
-"""Least share of what a part covers that the sticks that stay have together."""
-
-STEPS = 3
-"""Steps to the right cover from each elevation."""
-
-
-CODE = ("lod", "scenes.sticks", "scenes.appearance", "scenes.ground.shading")
-"""Sources that a fit depends on."""
-
-_COLUMNS = tuple(each.name for each in fields(StickTable))
-
-
-@dataclass(frozen=True, eq=False)
-class FittedAppearances:
-    """Leaf appearances of the n parts of an object.
-
-    leaf             sticks of each part; those of parts that own none are their own
-    view_dependence  tables of the blobs among them, one row for each level
-    overlap (n,)     as in Hierarchy
+    Parts of one level have one overlap; it is 0 for parts that own none. The appearances look the
+    same from everywhere.
     """
-
-    leaf: StickTable
-    view_dependence: ViewDependence
-    overlap: Reals
-
-
-def fit_appearances(parts: PartSticks) -> FittedAppearances:
-    """Fit the leaf appearances of all parts of an object, or find them where they are kept."""
-
-    def make() -> dict[str, np.ndarray]:
-        found = _fit(parts)
-        tell(1.0)
-        columns = dict(zip(_COLUMNS, (found.leaf.first, *found.leaf.columns), strict=True))
-        views = found.view_dependence
-        tables = {"table_row": views.table_row, "area_share": views.area_share}
-        return {**columns, **tables, "overlap": found.overlap}
-
-    own = parts.own.first, *parts.own.columns
-    meshes = None if parts.meshes is None else (parts.meshes.first_face, *parts.meshes.surface)
-    chosen = None if parts.chosen is None else (parts.chosen.first, *parts.chosen.columns)
-    key = content_key(parts.parent, parts.level, own, parts.palette, meshes, chosen)
-    arrays = kept("appearance", key, make, CODE)
-    leaf = StickTable(*(arrays[name] for name in _COLUMNS))
-    views = ViewDependence.of_area(arrays["table_row"], arrays["area_share"])
-    return FittedAppearances(leaf, views, arrays["overlap"])
+    owns = np.zeros(len(parent), np.bool_)
+    owns[parent[parent >= 0]] = True
+    own = StickTable.merge([inner.only(owns), leaf.only(~owns)])
+    parts = PartSticks(parent, level, own, palette)
+    always = np.ones(len(ELEVATIONS_DEG))
+    levels = []
+    for k in range(parts.finest):
+        table = leaf.of_parts((level == k) & owns)
+        levels.append(LevelAppearance(table.take(np.zeros(0, np.int64)), table, always))
+    return overlaps(parts, levels, look_at(Shapes.of(own)))
 
 
-def _fit(parts: PartSticks) -> FittedAppearances:
-    n = len(parts.parent)
-    whole = parts.shown(np.ones(n, np.bool_))
-    full, seen = look_at(whole), np.zeros(len(parts.own))
-    seen[parts.shows_sticks] = full.seen[: len(whole.sticks)]
-    mostly = seen >= MOSTLY * np.maximum(mean_outline_areas(parts.own), 1e-12)
-    goal = _Goal(full, full.mean_colour(whole, parts.palette))
-    levels = [_fit_level(parts, k, goal, mostly) for k in range(parts.finest)]
-    ends = parts.own.only(~parts.owns)
-    tables, rows = [ends], [np.full(len(ends), -1)]
-    for k, each in enumerate(levels):
-        at = parts.inner_rows(k)
-        for row, table in ((-1, each.wood), (k, each.blobs)):
-            tables.append(table.with_owner(n, at[table.owner]))
-            rows.append(np.full(len(table), row))
-    owner = np.concatenate([table.owner for table in tables])
-    in_order = np.concatenate(rows)[np.argsort(owner, kind="stable")]
-    shares = np.array([each.area_share for each in levels]).reshape(-1, len(ELEVATIONS_DEG))
-    leaf, overlap = StickTable.merge(tables), overlaps(parts, levels, full)
-    return FittedAppearances(leaf, ViewDependence.of_area(in_order, shares), overlap)
+def overlaps(parts: PartSticks, levels: Sequence[LevelAppearance], views: CrownViews) -> Reals:
+    """Find the overlap of every part, one for each level; 0 for parts that own none, (n,)."""
+    found = np.zeros(len(parts.parent))
+    for k in range(len(levels)):
+        found[parts.inner_rows(k)] = _level_overlap(parts, k, levels, views)
+    return found
 
 
-@dataclass(frozen=True, eq=False)
-class _Goal:
-    """What an object is to look like at every level: its views, and its mean albedo (3,)."""
+def _level_overlap(
+    parts: PartSticks, level: int, levels: Sequence[LevelAppearance], views: CrownViews
+) -> float:
+    """Find the overlap of the leaf appearances of a level and of the parts they stand for."""
+    inner = _displayed(parts, level, levels, 0.5)
 
-    views: CrownViews
-    colour: Reals
+    def mean_cover(shown: dict[int, Shapes]) -> float:
+        def run(first: int, last: int) -> list[float]:
+            return [views.weight[e] * views.covered(shown[e], e) for e in SEEN_FROM[first:last]]
 
+        return sum(each for some in map_chunks(run, len(SEEN_FROM), 1) for each in some)
 
-def _fit_level(parts: PartSticks, level: int, goal: _Goal, seen: Flags) -> LevelAppearance:
-    """Fit the leaf appearances of the parts of one level that own parts."""
-    if parts.chosen is not None:
-        return _fit_chosen(parts, level, parts.chosen, goal)
-    rows, bearer = parts.inner_rows(level), parts.bearer(level)
-    m, borne = len(rows), bearer >= 0
-    all_borne = parts.own.take(borne).with_owner(m, bearer[borne])
-    target = fitting_area(all_borne)
-    wood, stays = _kept_wood(parts, rows, bearer, seen, target)
-    hides = borne & ~stays
-    order = np.flatnonzero(hides)[np.argsort(bearer[hides], kind="stable")]
-    hidden = parts.own.take(hides).with_owner(m, bearer[hides])
-    blobs, blob_of_stick = cluster(hidden, blob_counts(hidden.count))
-    factor = fit_radii(blobs, wood, target)
-    kept = parts.shown(parts.above(level)).with_sticks(wood)
-    share = _fit_area_share(blobs.table(m, factor), kept, goal.views)
-    thick = with_area_share(blobs.table(m, factor), share.max())
-    own = _mean_albedos(parts.own.tint[order], hidden, blob_of_stick, len(blobs.part), parts)
-    tint = _tints(thick, own, kept, goal, parts)
-    shown = replace(thick, tint=tint)
-    return LevelAppearance(wood, shown, share / share.max())
+    above = parts.shown(parts.above(level))
+    without = {e: above.with_sticks(*levels[level].shown(1.0, e)) for e in SEEN_FROM}
+    wanted = (mean_cover(_displayed(parts, level, levels, 1.0)) + mean_cover(without)) / 2
 
+    def missing(share: float) -> float:
+        shown = {e: inner[e].with_sticks(*levels[level].shown(share, e)) for e in SEEN_FROM}
+        return 1 - mean_cover(shown) / wanted
 
-def _fit_chosen(parts: PartSticks, level: int, chosen: StickTable, goal: _Goal) -> LevelAppearance:
-    """Fit thickness and tints of the shapes that were chosen for the parts of one level."""
-    blobs = chosen.of_parts((parts.level == level) & parts.owns)
-    kept = parts.shown(parts.above(level))
-    share = _fit_area_share(blobs, kept, goal.views)
-    thick = with_area_share(blobs, share.max())
-    tint = _tints(thick, parts.palette[blobs.tint], kept, goal, parts)
-    nothing = blobs.take(np.zeros(0, np.int64))
-    return LevelAppearance(nothing, replace(thick, tint=tint), share / share.max())
+    low, high = 1 / (2 - LEAST), 1 / (2 - GREATEST)
+    lack, excess = missing(low), missing(high)
+    for _ in range(_STEPS):  # cover grows with the share: regula falsi
+        if lack <= 0 or excess >= 0:
+            break
+        middle = low + (high - low) * lack / (lack - excess)
+        off = missing(middle)
+        if abs(off) < TOLERANCE:
+            return 2 - 1 / middle
+        if off > 0:
+            low, lack = middle, off
+        else:
+            high, excess = middle, off
+    return 2 - 1 / (low if abs(lack) < abs(excess) else high)
 
 
-def _kept_wood(
-    parts: PartSticks,
-    rows: Int64[np.ndarray, " m"],
-    bearer: Int64[np.ndarray, " k"],
-    seen: Bool[np.ndarray, " k"],
-    target: Float64[np.ndarray, " m"],
-) -> tuple[StickTable, Bool[np.ndarray, " k"]]:
-    """Choose what parts keep of their own sticks, as a table of m parts, and which those are, (k,).
+def _displayed(
+    parts: PartSticks, level: int, levels: Sequence[LevelAppearance], share: float
+) -> dict[int, Shapes]:
+    """Everything that shows while the parts of a level's parts show a share of themselves.
 
-    It is the run of sticks from the part's base on that are mostly seen, if that is worth it: two
-    at most, along a chain of more.
+    The leaf appearances of the level are left out. There are shapes for each of SEEN_FROM.
     """
-    own, m = parts.own, len(rows)
-    stays, chosen = np.zeros(len(own), np.bool_), []
-    outline = mean_outline_areas(own)
-    for number, row in enumerate(rows):
-        first, last = own.first[row], own.first[row + 1]
-        hidden = np.flatnonzero(~seen[first:last])
-        end = first + (hidden[0] if len(hidden) else last - first)
-        if outline[first:end].sum() < WORTH * target[number]:
-            continue
-        stays[first:end] = True
-        middle = (first + end) // 2 if end - first > 2 else end - 1
-        chosen += [
-            (number, a, b) for a, b in ((first, middle), (middle + 1, end - 1)) if first <= a <= b
-        ]
-    owner, a, b = np.array(chosen, np.int64).reshape(-1, 3).T
-    columns = own.start[a], own.end[b], own.start_radius[a], own.end_radius[b], own.tint[a]
-    return StickTable.of(m, owner, *columns), stays
-
-
-def _fit_area_share(blobs: StickTable, kept: Shapes, full: CrownViews) -> Reals:
-    """Find which share of their area blobs show from each elevation, (e,), over 1 or below.
-
-    The object then covers as much as in full detail.
-    """
-
-    def at(e: int) -> float:
-        bare, share, wanted = full.covered(kept, e) if len(kept) else 0.0, 1.0, full.covers[e]
-        for _ in range(STEPS):
-            shown = kept.with_sticks(with_area_share(blobs, share))
-            ratio = (wanted - bare) / max(full.covered(shown, e) - bare, 1e-9)
-            share = float(np.clip(share * np.clip(ratio, 0.3, 3.0) ** 1.2, 0.05, 8.0))
-        return share
-
-    found = map_chunks(lambda first, last: [at(e) for e in range(first, last)], len(full.covers), 1)
-    return np.array([share for some in found for share in some])
-
-
-def _mean_albedos(
-    tint: Ints, hidden: StickTable, group: Ints, groups: int, parts: PartSticks
-) -> Float64[np.ndarray, "g 3"]:
-    """Compute the mean albedo of the sticks that each blob stands for, by their area, (g, 3)."""
-    area, colour = mean_outline_areas(hidden), parts.palette[tint]
-    sums = [np.bincount(group, area * c, groups) for c in colour.T]
-    return np.stack(sums, axis=1) / np.bincount(group, area, groups)[:, None]
-
-
-def _tints(blobs: StickTable, own: Points, kept: Shapes, goal: _Goal, parts: PartSticks) -> Ints:
-    """Choose rows of the palette for blobs, about their own albedos (g, 3).
-
-    All that is seen has the object's mean albedo then.
-    """
-    palette, sticks = parts.palette, len(kept.sticks)
-    area = goal.views.weight @ goal.views.seen_areas(kept.with_sticks(blobs))
-    is_blob = np.zeros(len(area), np.bool_)
-    is_blob[sticks : sticks + len(blobs)] = True
-    of_kept, of_blobs = area[~is_blob], area[is_blob]
-    left = area.sum() * goal.colour - of_kept @ kept.albedos(palette)
-    shift = (left - of_blobs @ own) / max(of_blobs.sum(), 1e-9)
-    wanted = np.clip(own + shift, 0, 1)
-    return error_diffusion(of_blobs, wanted, palette, np.unique(parts.own.tint))
+    finer = level + 1
+    inner = parts.shown(parts.level <= level)
+    shown = inner.merged(parts.shown((parts.level == finer) & ~parts.owns, share))
+    if finer >= len(levels):
+        return dict.fromkeys(SEEN_FROM, shown)
+    return {e: shown.with_sticks(*levels[finer].shown(share, e)) for e in SEEN_FROM}

@@ -1,7 +1,4 @@
-"""The light that comes down on level ground: how much of it is the sky's, and from where.
-
-Sun and sky as paths of light meet them, and the directions in which surfaces scatter.
-"""
+"""The light of sun and sky that comes down on level ground, as paths of light meet it."""
 
 import math
 from collections.abc import Sequence
@@ -24,6 +21,9 @@ Columns go up to 180° and are the same on either side of the sun.
 
 ELEVATIONS_DEG = (1.0, 10.0, 20.0, 40.0, 60.0, 85.0)
 TURBIDITIES = (2.0, 3.0, 5.0, 10.0)
+
+GRASS = (0.072, 0.135, 0.031), (0.165, 0.178, 0.066)
+"""Linear Rec.709 albedo of grassy ground, moist and dry, which also lights what stands on it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,30 +56,23 @@ def sky_at(elevation_deg: float, turbidity: float) -> Sky:
     """Return the sky with the sun at an elevation, clipped to the range of the table.
 
     It is Mitsuba's ``sunsky`` (Hosek & Wilkie, "An analytic model for full spectral sky-dome
-    radiance", SIGGRAPH 2012), as ``python -m bench.calibrate.sky_table`` averages it.
+    radiance", SIGGRAPH 2012), as ``python -m tests.tools.sky_table`` averages it.
     """
-    at = np.clip(turbidity, *_ends(TURBIDITIES)), np.clip(elevation_deg, *_ends(ELEVATIONS_DEG))
-    key = content_key(*(float(value) for value in at))
-    return Sky(kept("sky", key, lambda: {"radiance": _interpolated(at)})["radiance"])
+    nodes = TURBIDITIES, ELEVATIONS_DEG
+    at = [
+        float(np.clip(x, n[0], n[-1]))
+        for x, n in zip((turbidity, elevation_deg), nodes, strict=True)
+    ]
 
+    def interpolated() -> dict[str, np.ndarray]:
+        from scipy.interpolate import interpn  # expensive to import, and what it finds is kept
 
-def _interpolated(at: tuple[float, float]) -> np.ndarray:
-    from scipy.interpolate import interpn  # dear to import, and what it finds is kept
+        with (resources.files("scenes.appearance") / "sky.csv").open(encoding="ascii") as file:
+            rows = np.loadtxt(file, delimiter=",", skiprows=1)
+        radiance = rows[:, -3:].reshape(*map(len, nodes), SKY_ROWS, SKY_COLUMNS, 3)
+        return {"radiance": interpn(nodes, radiance, at)[0]}
 
-    found: np.ndarray = interpn((TURBIDITIES, ELEVATIONS_DEG), _table(), at)[0]
-    return found
-
-
-def _ends(nodes: tuple[float, ...]) -> tuple[float, float]:
-    return nodes[0], nodes[-1]
-
-
-@lru_cache(maxsize=1)
-def _table() -> np.ndarray:
-    """Radiance of every cell by turbidity and elevation, (t, e, SKY_ROWS, SKY_COLUMNS, 3)."""
-    with (resources.files("scenes.appearance") / "sky.csv").open(encoding="ascii") as file:
-        rows = np.loadtxt(file, delimiter=",", skiprows=1)
-    return rows[:, -3:].reshape(len(TURBIDITIES), len(ELEVATIONS_DEG), SKY_ROWS, SKY_COLUMNS, 3)
+    return Sky(kept("sky", content_key(*at), interpolated)["radiance"])
 
 
 class SunAndSky(NamedTuple):

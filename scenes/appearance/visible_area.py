@@ -1,16 +1,15 @@
 """Visible area of each shape of an object from far off, with shapes hidden behind others.
 
 Rays in a square grid, all in one direction, each see the stick or triangle that they meet first. A
-stick looks like the convex hull of two discs (``outline_area``), which is the union of all discs
-between them: a point p at x along the axis from the first, in units of the disc's distance l, and
-h aside, is inside if it is inside the disc at t = clamp(x − h·tan a), sin a = (r₁ − r₀)/l, where
-the outline is tangent. Samples fall evenly, so that areas are unbiased, and their error is that of
-as many points as the shape covers.
+stick looks like the convex hull of two discs (``scenes.sticks.areas``), which is the union of all
+discs between them: a point p at x along the axis from the first, in units of the disc's distance l,
+and h aside, is inside if it is inside the disc at t = clamp(x − h·tan a), sin a = (r₁ − r₀)/l,
+where the outline is tangent. Samples fall evenly, so that areas are unbiased, and their error is
+that of as many points as the shape covers.
 
-Views of a whole object from far off, in full detail, that its leaf appearances are held against.
-
-They are spread over elevations and azimuths. An outline is the same from the other side, so that
-views from above stand for those from below.
+Leaf appearances are held against views of the whole object in full detail, which are spread over
+elevations and azimuths. An outline is the same from the other side, so that views from above stand
+for those from below.
 """
 
 import math
@@ -20,7 +19,7 @@ import numpy as np
 from jaxtyping import Float64, Int64
 from numba import njit
 
-from lod.arrays import Points, Reals
+from lod.arrays import Reals
 from lod.shapes import StickTable
 from lod.threads import map_chunks
 from scenes.sticks.areas import _along, _frame
@@ -197,8 +196,17 @@ def look_at(whole: Shapes) -> CrownViews:
     points, radii = whole.spheres
     extent = float((points.max(axis=0) - points.min(axis=0)).max())
     spacing = max(extent, 2 * float(radii.max())) / RAYS
-    toward = np.array([_around(k, each) for k, each in enumerate(ELEVATIONS_DEG)])
-    areas, weight = _seen_areas(whole, toward, spacing), _weights()
+    views = []
+    for k, elevation_deg in enumerate(ELEVATIONS_DEG):
+        turn = np.radians(_TURN_DEG * k + 360.0 / AZIMUTHS * np.arange(AZIMUTHS))
+        e = np.radians(elevation_deg)
+        up = np.full(AZIMUTHS, np.sin(e))
+        views.append(np.stack((np.cos(e) * np.cos(turn), np.cos(e) * np.sin(turn), up), axis=1))
+    toward = np.array(views)
+    # Shares of a half sphere that are nearest to each elevation.
+    edges = np.radians(np.array(ELEVATIONS_DEG))
+    middles = np.concatenate(([0.0], (edges[1:] + edges[:-1]) / 2, [np.pi / 2]))
+    areas, weight = _seen_areas(whole, toward, spacing), np.diff(np.sin(middles))
     return CrownViews(toward, weight, spacing, areas.sum(axis=1), weight @ areas)
 
 
@@ -209,18 +217,3 @@ def _seen_areas(
         return [visible_areas(shown, views, spacing).mean(axis=0) for views in toward[first:last]]
 
     return np.array([each for some in map_chunks(run, len(toward), 1) for each in some])
-
-
-def _around(number: int, elevation_deg: float) -> Points:
-    """Make the unit vectors of one elevation, (a, 3)."""
-    turn = np.radians(_TURN_DEG * number + 360.0 / AZIMUTHS * np.arange(AZIMUTHS))
-    e = np.radians(elevation_deg)
-    up = np.full(AZIMUTHS, np.sin(e))
-    return np.stack((np.cos(e) * np.cos(turn), np.cos(e) * np.sin(turn), up), axis=1)
-
-
-def _weights() -> Reals:
-    """Share of a half sphere that is nearest to each elevation, (e,)."""
-    edges = np.radians(np.array(ELEVATIONS_DEG))
-    middles = np.concatenate(([0.0], (edges[1:] + edges[:-1]) / 2, [np.pi / 2]))
-    return np.diff(np.sin(middles))

@@ -1,182 +1,58 @@
-"""How an animal is written in its TOML file: the keys, what they mean, and what is refused.
+"""How an animal is written in its TOML file, what is refused, and which animals there are.
 
 One file describes one kind of animal: height and colours, joints, parts with the sticks of their
-two appearances, and gait. ``docs/add-an-animal.md`` shows how to write one.
-
-Which animals there are: every TOML file of this folder is one, by the name of the file.
+two appearances (``scenes.figures.anatomy``), and gait (``scenes.figures.gait``).
+``docs/add-an-animal.md`` shows how to write one. Every TOML file of the folder ``animals`` is one,
+by the name of the file.
 
 An insect and a windmill stand with the animals: the paper's two doubtful cases (§2.3). Blake
 conjectures that parts shrink with depth in the hierarchy for living things of about our size alone;
 insects and artifacts are here to put that to the test.
 """
 
-import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 from importlib import resources
 from importlib.resources.abc import Traversable
-from typing import Annotated
-
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from typing import TypeVar
 
 from lod.errors import InputError
-from scenes.figures.anatomy import MEAN, SIDES, Anatomy, Build, Joint, Part, Rod, build_prototype
+from scenes.figures.anatomy import (
+    MEAN,
+    SIDES,
+    Anatomy,
+    Build,
+    Colour,
+    Positive,
+    Rod,
+    build_prototype,
+)
 from scenes.figures.gait import Gait, with_gait
 from scenes.model_files.names import animal_names
 from scenes.model_files.parameter_file import read_model_file
 from scenes.rig.rigged_prototype import RiggedPrototype
 
-Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
-Positive = Annotated[Number, Field(gt=0)]
-Share = Annotated[Number, Field(ge=0, le=1)]
-Triple = tuple[Number, Number, Number]
 
-
-@dataclass(frozen=True)
-class AnimalTables:
-    """One kind of animal: its anatomy, its size and colours, and its way of moving."""
-
-    anatomy: Anatomy
-    build: Build
-    gait: Gait
-
-
-class _Table(BaseModel):
-    """A table of the file: frozen, and closed to keys that it does not know."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-
-class JointTable(_Table):
-    """A joint.
-
-    parent  the joint that carries it; "" = the animal's own frame
-    at      its origin in the frame of its parent, where everything hangs at angles 0
-    rest    angles about x, y, z as the animal stands [degrees]
-    limits, free or hinge: (low, high) angles; as many degrees to either side; low and high about y
-        alone. Without any of them the joint does not turn.
-    """
-
-    parent: str = ""
-    at: Triple
-    rest: Triple = (0.0, 0.0, 0.0)
-    limits: tuple[Triple, Triple] | None = None
-    free: Triple | None = None
-    hinge: tuple[Number, Number] | None = None
-
-    @model_validator(mode="after")
-    def _one_kind_of_limit(self) -> "JointTable":
-        if sum(each is not None for each in (self.limits, self.free, self.hinge)) > 1:
-            raise ValueError("at most one of limits, free and hinge")
-        return self
-
-    def joint(self) -> Joint:
-        """Make the joint, with its limits as lowest and highest angles about x, y, z."""
-        limits = self.limits
-        if self.free is not None:
-            x, y, z = self.free
-            limits = (0.0 - x, 0.0 - y, 0.0 - z), self.free
-        if self.hinge is not None:
-            low, high = self.hinge
-            limits = (0.0, low, 0.0), (0.0, high, 0.0)
-        return Joint(self.parent, self.at, self.rest, limits)
-
-
-class RodTable(_Table):
-    """A stick: a cone with round ends in the frame of a joint.
-
-    joint   by default that of its part
-    radii   at start and end; material: a row of ``materials``, or "mean"
-    pair    whether its mirror image in y = 0 is there too
-    around  how many copies of it stand evenly around z
-    """
-
-    joint: str | None = None
-    start: Triple
-    end: Triple
-    radii: tuple[Positive, Positive]
-    material: str
-    pair: bool = False
-    around: Annotated[int, Field(ge=1)] = 1
-
-    def rods(self, part_joint: str) -> list[Rod]:
-        """Make the rods of the stick and of its copies around z."""
-        joint = part_joint if self.joint is None else self.joint
-        turns = [math.radians(360.0 * k / self.around) for k in range(self.around)]
-        ends = [(_turned(self.start, turn), _turned(self.end, turn)) for turn in turns]
-        return [Rod(joint, *end, *self.radii, self.material, self.pair) for end in ends]
-
-
-class PartTable(_Table):
-    """A part of the detail hierarchy.
-
-    whole  the part that owns it; only the first part of the file has none
-    level  of detail; joint: the joint that its origin rides on
-    body   sticks of its own, shown beside its parts; leaf: sticks that stand for all of it
-    core   sticks hidden inside the parts of a part of the trunk, where it has no body
-    """
-
-    whole: str = ""
-    level: Annotated[int, Field(ge=0)]
-    joint: str
-    body: tuple[RodTable, ...] = ()
-    leaf: tuple[RodTable, ...] = ()
-    core: tuple[RodTable, ...] = ()
-
-    def part(self) -> Part:
-        """Make the part, with the rods of its sticks."""
-        rods = (
-            tuple(rod for stick in sticks for rod in stick.rods(self.joint))
-            for sticks in (self.body, self.leaf, self.core)
-        )
-        return Part(self.whole, self.level, self.joint, *rods)
-
-
-class AnimalFile(_Table):
+class AnimalFile(Anatomy):
     """The whole file. Lengths are in any one unit: ``height`` says what they amount to.
 
     height  of its highest point as it stands [m]
-    shift   (low, high) how far it may sway and bob as it walks on the spot
     materials  linear Rec.709 albedo of each, 0 to 1
-    joints, parts  those of the trunk; ``side_``: those of the left side, mirrored on the right
     """
 
     height: Positive
-    shift: tuple[Triple, Triple]
-    materials: dict[str, tuple[Share, Share, Share]]
-    joints: dict[str, JointTable]
-    side_joints: dict[str, JointTable] = {}
-    parts: dict[str, PartTable]
-    side_parts: dict[str, PartTable] = {}
+    materials: dict[str, Colour]
     gait: Gait
 
-    def tables(self) -> AnimalTables:
-        """Make the tables that rig and gait are built from."""
-        joints, side_joints = (
-            {name: table.joint() for name, table in tables.items()}
-            for tables in (self.joints, self.side_joints)
-        )
-        parts, side_parts = (
-            {name: table.part() for name, table in tables.items()}
-            for tables in (self.parts, self.side_parts)
-        )
-        anatomy = Anatomy(joints, side_joints, parts, side_parts, self.shift)
-        return AnimalTables(anatomy, Build(self.height, self.materials), self.gait)
+
+File = TypeVar("File", bound=AnimalFile)
 
 
-def load_animal(file: Traversable) -> AnimalTables:
+def load_animal(file: Traversable, kind: type[File] = AnimalFile) -> File:
     """Read the tables of an animal's file. Raises InputError for the first thing wrong with it."""
-    animal = read_model_file(file, AnimalFile, {})
+    animal = read_model_file(file, kind, {})
     _check_names(animal, file.name)
-    return animal.tables()
-
-
-def _turned(point: Triple, angle: float) -> Triple:
-    """The point turned about z by an angle [rad]."""
-    x, y, z = point
-    cos, sin = math.cos(angle), math.sin(angle)
-    return cos * x - sin * y, sin * x + cos * y, z
+    return animal
 
 
 def _check_names(file: AnimalFile, source: str) -> None:
@@ -211,7 +87,7 @@ def _check_names(file: AnimalFile, source: str) -> None:
 
 
 def _check_sticks(
-    where: str, sticks: Sequence[RodTable], joints: Sequence[str], file: AnimalFile
+    where: str, sticks: Sequence[Rod], joints: Sequence[str], file: AnimalFile
 ) -> None:
     """Raise InputError where a stick names a joint or a material that is not there."""
     for k, stick in enumerate(sticks):
@@ -227,7 +103,7 @@ def _check_name(where: str, name: str, known: Sequence[str], which: str) -> None
 
 
 @lru_cache(maxsize=16)
-def animal_tables(name: str) -> AnimalTables:
+def animal_tables(name: str) -> AnimalFile:
     """Return the tables of the animal of a name (see ``scenes.model_files.names.animal_names``).
 
     Raises InputError for another name or a bad file.
@@ -241,4 +117,6 @@ def animal_tables(name: str) -> AnimalTables:
 def animal(name: str) -> RiggedPrototype:
     """Make the animal of a name, walking, hopping or turning; it is the same for every seed."""
     tables = animal_tables(name)
-    return with_gait(build_prototype(name, tables.anatomy, tables.build), tables.gait)
+    return with_gait(
+        build_prototype(name, tables, Build(tables.height, tables.materials)), tables.gait
+    )

@@ -1,24 +1,17 @@
-"""The parameters of a gait, as files of animals give them under ``gait``: legs, waves and spins.
+"""How a gait given by tables becomes key poses: where feet go, how the body sways, hips and knees.
 
 Lengths are shares of h, the height of the first leg's hip at rest. Speed and stride are those of
 dynamically similar animals: speed² = Froude·g·h, and stride = 2.3·h·Froude^0.3 (Alexander,
 "Estimates of speeds of dinosaurs", Nature 261:129, 1976; for people from four years on, the same
 author, Am. J. Phys. Anthropol. 63:23, 1984).
 
-How does a gait move a foot over flat ground: print, roll, height and pitch at each phase?
-
-A foot touches the ground with two round contacts, heel and ball (one and the same for hooves and
-claws). While it stands, the centre of the one it rolls over stays where it is; while it swings,
-the lower of both clears the ground. Angles of the foot to the ground follow from a table of phases,
-joined by monotone cubics (Fritsch & Carlson, SIAM J. Numer. Anal. 17:238, 1980) so that flat
-stays flat.
-
-How a gait given by tables becomes key poses: where feet go, how the body sways, hips and knees.
-
 A foot is prescribed relative to the ground: it lands on its heel, rolls flat, rises about its ball
-and swings to its next print. Hips follow from the body's own waves, and hip and knee from the two
-of them by two-link inverse kinematics. Everything on legs goes by the same rules; what differs
-stands in its ``Gait`` (``scenes.figures.gait``).
+and swings to its next print. It touches the ground with two round contacts, heel and ball (one and
+the same for hooves and claws). While it stands, the centre of the one it rolls over stays where it
+is; while it swings, the lower of both clears the ground. Angles of the foot to the ground follow
+from a table of phases, joined by monotone cubics (Fritsch & Carlson, SIAM J. Numer. Anal. 17:238,
+1980) so that flat stays flat. Hips follow from the body's own waves, and hip and knee from the two
+of them by two-link inverse kinematics.
 """
 
 import math
@@ -158,9 +151,7 @@ _NEAR = 1e-5
 
 
 class Contacts(NamedTuple):
-    """Heel and ball in the frame of the ankle: x, z of the centre, and the radius, (3,) each
-    [m].
-    """
+    """Heel and ball in the frame of the ankle: x, z of the centre and the radius, (3,) each [m]."""
 
     heel: np.ndarray
     ball: np.ndarray
@@ -169,12 +160,10 @@ class Contacts(NamedTuple):
 class FootPath(NamedTuple):
     """A foot through the cycle, (K,) each.
 
-    print_x  where its print is, relative to mid-stance: it recedes as the body goes on, until
-        the foot
-             swings to the next [m]
+    print_x  where its print is, relative to mid-stance: it recedes as the body goes on, until the
+        foot swings to the next [m]
     roll, z  the ankle ahead of where it is over a flat print, along the foot; its height [m]
-    pitch    angle about y, toes down above 0 [degrees]; curl: angle of the toes about y
-        [degrees]
+    pitch    angle about y, toes down above 0 [degrees]; curl: angle of the toes about y [degrees]
     """
 
     print_x: np.ndarray
@@ -199,18 +188,14 @@ def sole_points(prototype: RiggedPrototype, ankle: int) -> Points2:
     """
     low = _lowest(prototype, ankle)
     if np.ptp(low[:, 0]) < _NEAR:
-        low = np.concatenate((low, *_toes(prototype, ankle)))
+        rig = prototype.rig
+        toes = np.flatnonzero(rig.parent == ankle).tolist()
+        flat = [_spheres(prototype, row) + np.append(rig.offset[row], 0.0) for row in toes]
+        low = np.concatenate((low, *flat))
     heel, ball = low[np.argmin(low[:, 0])], low[:, 0].max()
     ahead = low[low[:, 0] >= (heel[0] + ball) / 2]
     right, left = (ahead[:, 1] - ahead[:, 3]).min(), (ahead[:, 1] + ahead[:, 3]).max()
     return np.array(((heel[0] - heel[3], heel[1]), (ball, right), (ball, left)))
-
-
-def _toes(prototype: RiggedPrototype, ankle: int) -> list[Spheres]:
-    """The spheres of the toes at the angles of the ankle, in its frame."""
-    rig = prototype.rig
-    rows = np.flatnonzero(rig.parent == ankle).tolist()
-    return [_spheres(prototype, row) + np.append(rig.offset[row], 0.0) for row in rows]
 
 
 def _lowest(prototype: RiggedPrototype, ankle: int) -> Spheres:
@@ -240,73 +225,43 @@ def foot_path(
     leg: Leg, contacts: Contacts, own: Reals, stride: float, duty: float, clearance: float
 ) -> FootPath:
     """Compute the path of a foot at phases ``own`` after landing, 0 to 1; lengths in m."""
-    pitch = -_pitch(leg, own)  # about y, toes down above 0
-    stands = own < duty
-    swing = np.clip((own - duty) / (1 - duty), 0, 1)
-    roll = _roll(contacts, pitch)
-    start, end = _ends(leg, contacts, duty)
-    hump = 45.5625 * swing**2 * (1 - swing) ** 4  # 1 at a third of the way, slow to come down
-    return FootPath(
-        print_x=stride * (duty / 2 - own + swing * swing * (3 - 2 * swing)),
-        roll=np.where(stands, roll, _hermite(swing, start, end)),
-        z=_height(contacts, pitch) + clearance * hump,
-        pitch=pitch,
-        curl=_curl(leg, pitch, swing, hump),
-    )
-
-
-def _pitch(leg: Leg, own: Reals) -> Reals:
-    """Degrees of the foot to the ground, toes up above 0, periodic."""
     phase, angle = (np.array(column) for column in zip(*leg.pitch, strict=True))
     around = np.concatenate([phase - 1, phase, phase + 1])
-    return PchipInterpolator(around, np.tile(angle, 3))(own)
+    toes_up = PchipInterpolator(around, np.tile(angle, 3))  # degrees, periodic
 
+    def displacement(contact: np.ndarray, pitch: Reals) -> tuple[Reals, Reals]:
+        """How far the ankle is ahead and above with a contact's centre kept, by the pitch."""
+        c, s = np.cos(np.radians(pitch)), np.sin(np.radians(pitch))
+        ahead = contact[0] - (contact[0] * c + contact[1] * s)
+        return ahead, contact[2] - (contact[1] * c - contact[0] * s)
 
-def _turned(contact: np.ndarray, pitch: Reals) -> tuple[Reals, Reals]:
-    """x and z of a contact's centre with the foot turned about y by ``pitch`` degrees."""
-    c, s = np.cos(np.radians(pitch)), np.sin(np.radians(pitch))
-    return contact[0] * c + contact[1] * s, contact[1] * c - contact[0] * s
+    def rolled(pitch: Reals) -> Reals:
+        """How far ahead the ankle is over the contact below: the heel while toes are up."""
+        heel, ball = (displacement(contact, pitch)[0] for contact in contacts)
+        return np.where(pitch < 0, heel, ball)
 
-
-def _roll(contacts: Contacts, pitch: Reals) -> Reals:
-    """How far ahead the ankle is with the contact below it kept in place: the heel while toes
-    are up.
-    """
-    heel, ball = (contact[0] - _turned(contact, pitch)[0] for contact in contacts)
-    return np.where(pitch < 0, heel, ball)
-
-
-def _height(contacts: Contacts, pitch: Reals) -> Reals:
-    """Height of the ankle with the lower contact on the ground [m]."""
-    heel, ball = (contact[2] - _turned(contact, pitch)[1] for contact in contacts)
-    return np.maximum(heel, ball)
-
-
-def _ends(leg: Leg, contacts: Contacts, duty: float):  # type: ignore[no-untyped-def]
-    """Roll [m] and its rate per swing, as the foot leaves the ground and as it lands."""
+    pitch = -toes_up(own)  # about y, toes down above 0
+    u = np.clip((own - duty) / (1 - duty), 0, 1)  # share of the swing
+    smooth = u * u * (3 - 2 * u)
+    # While it swings, a cubic from roll and rate as it leaves the ground to those as it lands.
     phases = np.array((duty - _NEAR, duty, 0.0, _NEAR))
-    before, leaves, lands, after = _roll(contacts, -_pitch(leg, phases))
+    before, leaves, lands, after = rolled(-toes_up(phases))
     rate = (1 - duty) / _NEAR
-    return (float(leaves), float((leaves - before) * rate)), (
-        float(lands),
-        float((after - lands) * rate),
-    )
-
-
-def _hermite(u: Reals, start: tuple[float, float], end: tuple[float, float]) -> Reals:
-    """Cubic from value and rate at u = 0 to value and rate at u = 1."""
+    start, end = float((leaves - before) * rate), float((after - lands) * rate)
     v = 1 - u
-    values = start[0] * (1 + 2 * u) * v * v + end[0] * (1 + 2 * v) * u * u
-    return values + start[1] * u * v * v - end[1] * u * u * v
-
-
-def _curl(leg: Leg, pitch: Reals, swing: Reals, hump: Reals) -> Reals:
-    """Angle of the toes about y: as much up as the foot is down, until they have left the
-    ground.
-    """
-    if leg.flat_toes:
-        return leg.curl * hump - pitch
-    return leg.curl * hump - np.maximum(pitch, 0.0) * (1 - swing * swing * (3 - 2 * swing))
+    swung = float(leaves) * (1 + 2 * u) * v * v + float(lands) * (1 + 2 * v) * u * u
+    swung = swung + start * u * v * v - end * u * u * v
+    hump = 45.5625 * u**2 * (1 - u) ** 4  # 1 at a third of the way, slow to come down
+    # Toes turn up by as much as the foot is down, until they have left the ground.
+    flat = pitch if leg.flat_toes else np.maximum(pitch, 0.0) * (1 - smooth)
+    heel, ball = (displacement(contact, pitch)[1] for contact in contacts)
+    return FootPath(
+        print_x=stride * (duty / 2 - own + smooth),
+        roll=np.where(own < duty, rolled(pitch), swung),
+        z=np.maximum(heel, ball) + clearance * hump,
+        pitch=pitch,
+        curl=leg.curl * hump - flat,
+    )
 
 
 KEYS = 32
@@ -323,7 +278,8 @@ def with_gait(prototype: RiggedPrototype, gait: Gait, keys: int = KEYS) -> Rigge
 def make_motion(prototype: RiggedPrototype, gait: Gait, keys: int = KEYS) -> Motion:
     """Make the key poses of one cycle; the first leg's left foot lands at its ``strike`` phase."""
     rig, phase = prototype.rig, key_phases(keys)
-    height = _hip_height(rig, gait)
+    rest = rig.frames()[0][:, 2]
+    height = float(rest[rig.row(f"left {gait.legs[0].hip}")] if gait.legs else rest.max())
     stride = gait.stride_m(height)
     rotations, shift = _body_motion(rig, gait, phase, height)
     paths = [
@@ -331,9 +287,8 @@ def make_motion(prototype: RiggedPrototype, gait: Gait, keys: int = KEYS) -> Mot
         for leg in gait.legs
         for side in ("left ", "right ")
     ]
-    shift[:, 2] += min(
-        0.0, min((_rise_to_reach(rig, p, rotations, shift) for p in paths), default=0.0)
-    )
+    rises = [_rise_to_reach(rig, p, rotations, shift) for p in paths]
+    shift[:, 2] += min(0.0, min(rises, default=0.0))
     for p in paths:
         _solve_leg(rig, p, rotations, shift)
     feet = Feet(
@@ -347,12 +302,6 @@ def make_motion(prototype: RiggedPrototype, gait: Gait, keys: int = KEYS) -> Mot
         sole=np.array([p.sole for p in paths]).reshape(-1, 3, 2),
     )
     return Motion(rotations, shift, stride, gait.period_s(height), feet, gait.tilts)
-
-
-def _hip_height(rig: Rig, gait: Gait) -> float:
-    if not gait.legs:
-        return float(rig.frames()[0][:, 2].max())
-    return float(rig.frames()[0][rig.row(f"left {gait.legs[0].hip}"), 2])
 
 
 def _body_motion(
@@ -489,11 +438,9 @@ def _solve_leg(rig: Rig, p: _LegPath, rotations: Quaternions, shift: Vectors) ->
     """Write the rotations of hip, knee, ankle and toes that put the ankle on its path."""
     hip, knee, ankle = p.rows
     origin, frame = rig.frames(rotations, shift)
-    above = (
-        frame[:, rig.parent[hip]]
-        if rig.parent[hip] >= 0
-        else from_euler(np.zeros((len(rotations), 3)))
-    )
+    above = frame[:, rig.parent[hip]]
+    if rig.parent[hip] < 0:
+        above = from_euler(np.zeros((len(rotations), 3)))
     reach = rotate_vectors(inverse(above), p.ankle - origin[:, hip])
     upper, lower = (float(np.linalg.norm(rig.offset[row])) for row in (knee, ankle))
     hip_degrees, knee_degrees = hip_and_knee_angles(reach, upper, lower, p.leg, p.turnout)

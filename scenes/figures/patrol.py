@@ -37,7 +37,14 @@ class Walkers(ArrayData):
 
 
 class PatrolOrbit(NamedTuple):
-    """Circles on which walkers patrol: the arguments of ``patrol`` but for the time, (n,) each."""
+    """Circles about their homes on which n walkers patrol, (n,) each.
+
+    radius     of the circle [m]; one for all may be given
+    heading    at time 0, anticlockwise from x [rad]; clockwise: which way round
+    phase      at time 0 [cycles]
+    stride, period  of each one's motion [m, s]; those without a stride stay at home, facing
+        ``heading``
+    """
 
     radius: Reals | float
     heading: Reals
@@ -46,45 +53,28 @@ class PatrolOrbit(NamedTuple):
     stride: Reals
     period: Reals
 
-    def at(self, time_s: float | Reals) -> Walkers:
-        """Return the walkers at a time, or each at a time of its own, (n,) [s]."""
-        return patrol(*self, time_s)
-
     def take(self, rows: np.ndarray) -> "PatrolOrbit":
         """Return the orbits at ``rows``."""
         return PatrolOrbit(self.radius, *(each[rows] for each in self[1:]))
 
+    def at(self, time_s: float | Reals) -> Walkers:
+        """Return the walkers at a time, or each at a time of its own, (n,) [s]; any may be below 0.
 
-def patrol(
-    radius: Reals | float,
-    heading: Reals,
-    clockwise: np.ndarray,
-    phase: Reals,
-    stride: Reals,
-    period: Reals,
-    time: float | Reals,
-) -> Walkers:
-    """Place walkers ``time`` s after they set out, each on a circle of ``radius`` m about its home.
-
-    They have always walked: time may be below 0, and each walker's own, (n,).
-
-    heading (n,) at time 0, anticlockwise from x [rad]; clockwise (n,) which way round; phase
-        (n,) at time 0
-    stride, period (n,) of each one's motion [m, s]; those without a stride stay at home, facing
-        ``heading``
-    """
-    radius = np.broadcast_to(np.asarray(radius, np.float64), heading.shape)
-    if not (np.isfinite(time).all() and np.isfinite(radius).all() and np.all(radius > 0)):
-        arrived = float(np.max(time, initial=0.0)), float(radius.min(initial=math.inf))
-        raise InputError("patrol", arrived, "a finite time, a radius above 0 m")
-    rotations = np.where(clockwise, -1.0, 1.0)
-    # Whole rounds and whole cycles drop out before they cost any digits.
-    rounds = np.fmod(time * (stride / period) / (2 * np.pi * radius), 1.0)
-    facing = heading + rotations * 2 * np.pi * rounds
-    cos, sin = np.cos(facing), np.sin(facing)
-    away = np.where(stride > 0, radius, 0.0) * rotations
-    offset = np.stack((away * sin, -away * cos), axis=1)
-    return Walkers(offset, cos, sin, np.mod(phase + np.fmod(time / period, 1.0), 1.0))
+        Raises InputError for a time that is not finite, or a radius that is not above 0.
+        """
+        radius = np.broadcast_to(np.asarray(self.radius, np.float64), self.heading.shape)
+        if not (np.isfinite(time_s).all() and np.isfinite(radius).all() and np.all(radius > 0)):
+            arrived = float(np.max(time_s, initial=0.0)), float(radius.min(initial=math.inf))
+            raise InputError("patrol", arrived, "a finite time, a radius above 0 m")
+        rotations = np.where(self.clockwise, -1.0, 1.0)
+        # Whole rounds and whole cycles drop out before they cost any digits.
+        rounds = np.fmod(time_s * (self.stride / self.period) / (2 * np.pi * radius), 1.0)
+        facing = self.heading + rotations * 2 * np.pi * rounds
+        cos, sin = np.cos(facing), np.sin(facing)
+        away = np.where(self.stride > 0, radius, 0.0) * rotations
+        offset = np.stack((away * sin, -away * cos), axis=1)
+        phase = np.mod(self.phase + np.fmod(time_s / self.period, 1.0), 1.0)
+        return Walkers(offset, cos, sin, phase)
 
 
 def stride_factors(u: Reals) -> tuple[Reals, Reals]:

@@ -1,6 +1,4 @@
-"""What people vary in: stature, build, and the tints of skin, hair and clothes.
-
-Who stands in a crowd: posable adults and children, with limits of their joints.
+"""Who stands and walks in a crowd: posable adults and children, each with a gait of their own.
 
 A person is written as an animal is: ``person.toml`` holds skeleton, sticks, limits and gait, and
 says where they are from.
@@ -11,11 +9,10 @@ Medawar, "Size, shape and age", 1945); sitting height 0.55 and 0.525 of stature 
 (Bogin & Varela-Silva, "Leg length, body proportion, and health", Int. J. Environ. Res. Public
 Health 7:1047, 2010).
 
-How people walk, each with a gait of their own.
-
-After Perry & Burnfield, "Gait Analysis" (2nd ed. 2010), and Winter, "Biomechanics and Motor Control
-of Human Movement" (4th ed. 2009): the pelvis turns 5° and lists 3° to each side, the chest turns
-against it, the head stays. Arms swing against the legs; ``person.toml`` says how these move.
+Gaits are after Perry & Burnfield, "Gait Analysis" (2nd ed. 2010), and Winter, "Biomechanics and
+Motor Control of Human Movement" (4th ed. 2009): the pelvis turns 5° and lists 3° to each side, the
+chest turns against it, the head stays. Arms swing against the legs; ``person.toml`` says how these
+move.
 """
 
 from dataclasses import dataclass, replace
@@ -25,39 +22,30 @@ from importlib import resources
 import numpy as np
 
 from lod.errors import InputError
-from scenes.figures.anatomy import Anatomy, Build, Rod, build_prototype
-from scenes.figures.animal_file import AnimalTables, load_animal
+from scenes.figures.anatomy import Build, Colour, Rod, Table, build_prototype
+from scenes.figures.animal_file import AnimalFile, load_animal
 from scenes.figures.gait import AXES, Gait, Wave, with_gait
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.sticks.prototype import Prototype
 
-SKINS = (
-    (0.60, 0.38, 0.27),
-    (0.52, 0.31, 0.20),
-    (0.38, 0.21, 0.13),
-    (0.24, 0.13, 0.08),
-    (0.12, 0.065, 0.04),
-)
-HAIRS = (
-    (0.018, 0.014, 0.012),
-    (0.055, 0.032, 0.020),
-    (0.14, 0.075, 0.035),
-    (0.34, 0.23, 0.11),
-    (0.30, 0.29, 0.28),
-)
-CLOTHES = (
-    (0.62, 0.60, 0.55),  # linen
-    (0.42, 0.06, 0.05),  # madder
-    (0.05, 0.11, 0.30),  # indigo
-    (0.09, 0.20, 0.24),  # petrol
-    (0.52, 0.33, 0.06),  # ochre
-    (0.16, 0.19, 0.10),  # olive
-    (0.06, 0.06, 0.07),  # charcoal
-    (0.25, 0.19, 0.13),  # brown
-)
-HAIR_OF_SKIN = ((0, 1, 2, 3, 4), (0, 1, 2, 4), (0, 1, 4), (0, 1, 4), (0, 4))
-TOPS = (0, 1, 2, 3, 4, 5)
-BOTTOMS = (2, 6, 7, 5, 0)
+
+class Variation(Table):
+    """What people vary in: linear albedos, rows of them that go together, and sticks of some."""
+
+    skins: tuple[Colour, ...]
+    hairs: tuple[Colour, ...]
+    clothes: tuple[Colour, ...]
+    hair_of_skin: tuple[tuple[int, ...], ...]
+    tops: tuple[int, ...]
+    bottoms: tuple[int, ...]
+    bust: tuple[Rod, ...]
+    long_hair: tuple[Rod, ...]
+
+
+class PersonFile(AnimalFile):
+    """The file of people: an animal's, and what they vary in."""
+
+    variation: Variation
 
 
 @dataclass(frozen=True)
@@ -92,9 +80,10 @@ def random_adult(rng: np.random.Generator) -> Person:
 
 
 def _materials(rng: np.random.Generator) -> dict[str, tuple[float, float, float]]:
-    tone = int(rng.integers(len(SKINS)))
-    skin, hair = SKINS[tone], HAIRS[rng.choice(HAIR_OF_SKIN[tone])]
-    top, bottom = CLOTHES[rng.choice(TOPS)], CLOTHES[rng.choice(BOTTOMS)]
+    of = human_tables().variation
+    tone = int(rng.integers(len(of.skins)))
+    skin, hair = of.skins[tone], of.hairs[rng.choice(of.hair_of_skin[tone])]
+    top, bottom = of.clothes[rng.choice(of.tops)], of.clothes[rng.choice(of.bottoms)]
     short_sleeves, shorts = rng.random() < 0.5, rng.random() < 0.25
     return {
         "skin": skin,
@@ -108,30 +97,18 @@ def _materials(rng: np.random.Generator) -> dict[str, tuple[float, float, float]
     }
 
 
-BUST = (Rod("chest", (0.010, 0.034, 0.032), (0.019, 0.037, 0.008), 0.046, 0.042, "top", True),)
-LONG_HAIR = (
-    Rod("head", (-0.022, 0.022, 0.055), (-0.034, 0.030, -0.030), 0.0320, 0.0220, "hair", True),
-    Rod("head", (-0.034, 0, 0.040), (-0.044, 0, -0.045), 0.0330, 0.0240, "hair"),
-)
-
 _HEAD, _LEG = 0.13, 0.525
 """Shares of stature in the tables: chin to crown, and sole to hip."""
 
 
 @cache
-def human_tables() -> AnimalTables:
+def human_tables() -> PersonFile:
     """Return the tables of people: anatomy, rest pose, limits, and the gait of their legs."""
-    return load_animal(resources.files("scenes.figures") / "person.toml")
-
-
-def person_build(who: Person, age: float | None = None) -> Build:
-    """Say how this person differs from the tables; ``age`` is None for an adult, else in years."""
-    shape = {"shoulder": who.shoulders, "hip": who.hips}
-    return Build(who.stature, who.materials, who.girth, shape, child_sizes(age) if age else {})
+    return load_animal(resources.files("scenes.figures") / "person.toml", PersonFile)
 
 
 def child_sizes(age: float) -> dict[str, float]:
-    """Return the factors on lengths in the frames of joints, for a child of 4 to 16 years."""
+    """Compute the factors on lengths in the frames of joints, for a child of 4 to 16 years."""
     head = np.interp(age, (4, 6, 12, 16), (1 / 5.5, 1 / 6, 1 / 7, _HEAD))
     sitting = np.interp(age, (4, 6, 12, 16), (0.565, 0.55, 0.525, 0.52))
     leg = _LEG * (1 - sitting) / (1 - 0.52)
@@ -142,15 +119,6 @@ def child_sizes(age: float) -> dict[str, float]:
         **dict.fromkeys(("head", "eye", "ear", "nose", "mouth"), skull),
         **dict.fromkeys(("hip", "knee", "ankle", *toes), shank),
     }
-
-
-def person_anatomy(who: Person) -> Anatomy:
-    """Return the tables of people, with bust and long hair where this person has them."""
-    tables = human_tables().anatomy
-    more = {"chest": BUST if who.bust else (), "cranium": LONG_HAIR if who.long_hair else ()}
-    own = {name: tables.parts[name] for name in more}
-    worn = {name: part._replace(body=(*part.body, *more[name])) for name, part in own.items()}
-    return replace(tables, parts={**tables.parts, **worn})
 
 
 @lru_cache(maxsize=16)
@@ -181,15 +149,22 @@ def _random_person(seed: int, k: int, children: float) -> RiggedPrototype:
     who, age = random_adult(rng), None
     if rng.random() < children:
         age = float(rng.uniform(5.0, 12.0))
-        who = _as_child(who, age, rng)
-    return build_prototype(f"figure {k}", person_anatomy(who), person_build(who, age))
-
-
-def _as_child(who: Person, age: float, rng: np.random.Generator) -> Person:
-    """The person as a child. Median statures: CDC growth charts (2000), rounded; spread 4.5 %."""
-    median = np.interp(age, (4, 6, 8, 10, 12), (1.02, 1.15, 1.28, 1.385, 1.50))
-    stature = float(median * np.clip(rng.normal(1.0, 0.045), 0.9, 1.1))
-    return replace(who, stature=stature, bust=False, shoulders=0.93, hips=0.95)
+        # Median statures: CDC growth charts (2000), rounded; spread 4.5 %.
+        median = np.interp(age, (4, 6, 8, 10, 12), (1.02, 1.15, 1.28, 1.385, 1.50))
+        stature = float(median * np.clip(rng.normal(1.0, 0.045), 0.9, 1.1))
+        who = replace(who, stature=stature, bust=False, shoulders=0.93, hips=0.95)
+    tables = human_tables()
+    bust, long_hair = tables.variation.bust, tables.variation.long_hair
+    more = {"chest": bust if who.bust else (), "cranium": long_hair if who.long_hair else ()}
+    worn = {
+        name: tables.parts[name].model_copy(update={"body": tables.parts[name].body + rods})
+        for name, rods in more.items()
+    }
+    anatomy = tables.model_copy(update={"parts": {**tables.parts, **worn}})
+    shape = {"shoulder": who.shoulders, "hip": who.hips}
+    sizes = child_sizes(age) if age else {}
+    build = Build(who.stature, who.materials, who.girth, shape, sizes)
+    return build_prototype(f"figure {k}", anatomy, build)
 
 
 def walking_gait(
@@ -206,13 +181,8 @@ def walking_gait(
     froude  speed²/(g·hip height); spread: of the feet from the middle [shares of hip height]
     """
     gait = human_tables().gait
-    legs, waves = (replace(gait.legs[0], spread=spread),), _waves(swing, elbow, lean, nod)
-    return replace(gait, legs=legs, waves=waves, froude=froude)
-
-
-def _waves(swing: float, elbow: float, lean: float, nod: float) -> tuple[Wave, ...]:
     x, y, z = AXES
-    return (
+    waves = (
         Wave("", y, 0.016, peak=0.31),  # over the foot that stands
         Wave("", z, 0.024, cycles=2, peak=0.50),  # highest in mid-stance
         Wave("pelvis", z, -5.0, peak=0.02),
@@ -233,6 +203,8 @@ def _waves(swing: float, elbow: float, lean: float, nod: float) -> tuple[Wave, .
         Wave("elbow", y, -0.5 * elbow, peak=0.55, mean=-elbow),
         Wave("wrist", x, 3.0, peak=0.1, mean=-6.0),
     )
+    legs = (replace(gait.legs[0], spread=spread),)
+    return replace(gait, legs=legs, waves=waves, froude=froude)
 
 
 def random_gait(rng: np.random.Generator, child: bool = False) -> Gait:
@@ -256,10 +228,6 @@ def random_gait(rng: np.random.Generator, child: bool = False) -> Gait:
 
 def walking_people(people: tuple[RiggedPrototype, ...], seed: int) -> tuple[RiggedPrototype, ...]:
     """Give each of the people a gait of their own; the k-th depends on the seed and k only."""
-    styles = (
-        random_gait(
-            np.random.Generator(np.random.Philox(np.random.SeedSequence((seed, 0x3A17, k))))
-        )
-        for k in range(len(people))
-    )
-    return tuple(with_gait(who, gait) for who, gait in zip(people, styles, strict=True))
+    seeds = (np.random.SeedSequence((seed, 0x3A17, k)) for k in range(len(people)))
+    gaits = (random_gait(np.random.Generator(np.random.Philox(each))) for each in seeds)
+    return tuple(with_gait(who, gait) for who, gait in zip(people, gaits, strict=True))

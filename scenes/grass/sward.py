@@ -19,7 +19,7 @@ from lod.errors import InputError
 from lod.shapes import Mesh, MeshTable, StickTable
 from scenes.appearance.fit import fit_appearances
 from scenes.rig.rigged_prototype import RiggedPrototype
-from scenes.sticks.prototype import PartPlaces, Prototype, assemble_prototype
+from scenes.sticks.prototype import PartPlaces, Prototype, assemble_prototype, box_middles
 from scenes.sticks.shapes import PartSticks
 from scenes.trees.species import CALM_SUMMER, SEASONS, Weather
 from scenes.trees.tree import swaying
@@ -133,7 +133,12 @@ def _tuft(name: str, rng: np.random.Generator, dry: float) -> tuple[Prototype, P
     meshes = MeshTable.of([None, *_faces(rng, blades, tint), *[None] * len(of_stem)])
     parts = PartSticks(parent, np.minimum(np.arange(n), 1), own, _PALETTE, meshes)
     fitted = fit_appearances(parts)
-    places = PartPlaces(parent, parts.level, _middles(parent, own), fitted.overlap)
+    # The middle of the box about what each part has above the ground; of the tuft its foot.
+    ends, owner = np.concatenate((own.start, own.end)), np.tile(own.owner, 2)
+    above = ends * (1, 1, 0) + np.maximum(ends, 0) * (0, 0, 1)
+    middle = box_middles(parent, owner, above)
+    middle[0] = 0.0
+    places = PartPlaces(parent, parts.level, middle, fitted.overlap)
     looks = own.only(parts.owns), fitted.leaf
     still = assemble_prototype(name, places, *looks, _PALETTE, fitted.view_dependence, meshes)
     return still, np.concatenate((blades.base, stems.base))
@@ -233,20 +238,3 @@ def _blade_tints(rng: np.random.Generator, dry: float) -> Ints:
     shade = np.clip(np.rint(tone), 0, _SHADES - 1).astype(np.int64)
     dryness = np.searchsorted((1 - 2 * dry, 1 - dry), rng.random(BLADES), side="right")
     return dryness * _SHADES + shade
-
-
-def _middles(parent: Ints, own: StickTable) -> Points:
-    """Find the middle of the box about what each part has above the ground, (n, 3) [m]; of the
-    tuft its foot."""
-    n = len(parent)
-    low, high = np.full((n, 3), np.inf), np.full((n, 3), -np.inf)
-    for end in (own.start, own.end):
-        above = end * (1, 1, 0) + np.maximum(end, 0) * (0, 0, 1)
-        np.minimum.at(low, own.owner, above)
-        np.maximum.at(high, own.owner, above)
-    for row in range(n - 1, 0, -1):
-        low[parent[row]] = np.minimum(low[parent[row]], low[row])
-        high[parent[row]] = np.maximum(high[parent[row]], high[row])
-    middle = (low + high) / 2
-    middle[0] = 0.0
-    return middle

@@ -34,6 +34,7 @@ from numba import njit
 from lod.arrays import Ints, Points, Reals
 from lod.camera import Corner
 from lod.view import View, distance
+from scenes.appearance.sky import GRASS
 from scenes.ground.relief import Relief
 from scenes.noise import Octaves, left_out_variance, octaves_at, twin_values, unit_rms
 
@@ -230,9 +231,7 @@ class GroundMaterials:
 
 
 GROUND_MATERIALS = {
-    "grassy": GroundMaterials(
-        (0.072, 0.135, 0.031), (0.165, 0.178, 0.066), (0.150, 0.112, 0.072), 0.45, 0.85
-    ),
+    "grassy": GroundMaterials(*GRASS, (0.150, 0.112, 0.072), 0.45, 0.85),
     "bare": GroundMaterials(
         (0.150, 0.118, 0.085), (0.260, 0.225, 0.175), (0.200, 0.190, 0.178), 0.35, 0.75
     ),

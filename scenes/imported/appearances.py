@@ -1,14 +1,12 @@
-"""Pieces of a model's meshes, each as a small ball: what is gathered into sticks in their place.
+"""What the parts of a model look like as sticks: fitted ones for those that own parts, and ends.
 
-What the parts of a model look like as sticks: fitted ones for those that own parts, and ends.
-
-Leaf appearances are fitted as for any other object (``scenes.appearance.fit``), with balls
-in the place of pieces of surface where they are gathered, and the meshes themselves where anything
-is seen or lit. Ends show their meshes; far cover (``scenes.far_cover``) is worked out from a few
-sticks in their place, as thick as makes them cover, on average over directions, what the mesh does.
+Leaf appearances are fitted as for any other object (``scenes.appearance.fit``), with balls in the
+place of pieces of surface where they are gathered, and the meshes themselves where anything is seen
+or lit. Ends show their meshes; far cover (``scenes.far_cover``) is worked out from a few sticks in
+their place, as thick as makes them cover, on average over directions, what the mesh does.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Float64
@@ -16,7 +14,13 @@ from PIL import Image
 
 from lod.arrays import Points, Reals, expand
 from lod.shapes import MeshTable, StickTable, triangle_areas
-from scenes.appearance.fit import cluster, error_diffusion, fit_appearances, fit_radii
+from scenes.appearance.fit import (
+    FittedAppearances,
+    cluster,
+    error_diffusion,
+    fit_appearances,
+    fit_radii,
+)
 from scenes.imported.part_tree import PartTree
 from scenes.sticks.by_view import ViewDependence
 from scenes.sticks.shapes import PartSticks
@@ -68,29 +72,18 @@ TINTS = 24
 """Tints of a model at most."""
 
 
-@dataclass(frozen=True, eq=False)
-class ModelAppearances:
-    """The sticks of all n parts of a model, as it rests.
+def model_appearances(tree: PartTree, area: Reals) -> tuple[StickTable, Tints, FittedAppearances]:
+    """Fit the sticks of all n parts of a model, as it rests.
 
-    leaf, view_dependence, overlap (n,)  as in FittedAppearances; tints (t, 3) linear albedo
-    """
-
-    leaf: StickTable
-    view_dependence: ViewDependence
-    overlap: Reals
-    tints: Tints
-
-
-def model_appearances(tree: PartTree, area: Reals) -> ModelAppearances:
-    """Fit the sticks of all parts of a model.
+    Returns their table, their tints, and the fit for those that own parts: its view dependence is
+    that of the table.
 
     area (n,): mean projected area over directions of all that hangs on each part [m²]
     """
     balls, albedo = surface_balls(tree.meshes)
     tints = few_tints(albedo)
     weight, every = balls.start_radius**2, np.arange(len(tints))
-    tint = error_diffusion(weight, albedo, tints, every)
-    own = replace(balls, tint=tint)
+    own = replace(balls, tint=error_diffusion(weight, albedo, tints, every))
     fitted = fit_appearances(PartSticks(tree.parent, tree.level, own, tints, tree.meshes))
     owns = np.bincount(tree.parent[1:], minlength=len(tree)) > 0
     ends = _end_sticks(own.of_parts(~owns), albedo, tints, area[~owns])
@@ -101,7 +94,7 @@ def model_appearances(tree: PartTree, area: Reals) -> ModelAppearances:
     leaf = StickTable.merge([fitted.leaf.take(inner), ends])
     in_order = rows[np.argsort(owner, kind="stable")]
     by_view = ViewDependence.of_area(in_order, views.area_share)
-    return ModelAppearances(leaf, by_view, fitted.overlap, tints)
+    return leaf, tints, replace(fitted, leaf=leaf, view_dependence=by_view)
 
 
 def few_tints(colours: Points) -> Tints:

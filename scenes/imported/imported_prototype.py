@@ -1,15 +1,4 @@
-"""Joints of an imported model: where its parts turn, about which axis, and how.
-
-Each joint sits at the origin of its node and turns about one axis; its frame is that of the object
-as it rests. All that turns keeps to one period, in which it makes whole turns, or swings once.
-
-Projected area of every part of a model, with all that hangs on it, along given directions.
-
-Seen along a direction the triangles of a part and of all below it fall on a square grid of points,
-CELLS to the longer side; the points that any covers are counted. Points fall evenly, so that areas
-are unbiased, however thin what covers them is.
-
-Prototypes of imported models: P, R, B and separation from the geometry of their meshes.
+"""Prototypes of imported models: joints, and P, R, B and separation from the geometry of meshes.
 
     position    middle of the box about all that hangs on a part, as it rests
     P           √ of the largest projected area, over directions, of all that hangs on the part
@@ -19,11 +8,14 @@ Prototypes of imported models: P, R, B and separation from the geometry of their
         part
 
 It is the rule of ``scenes.rig.rigged_prototype``, with meshes for the appearances of ends, and with
-what the meshes cover in place of what stands for them. Joints turn about one axis. From a joint on,
-distances are bounded by the sum of the lengths on the way: never exceeded, in any pose.
+what the meshes cover in place of what stands for them.
+
+Each joint sits at the origin of its node and turns about one axis; its frame is that of the object
+as it rests. All that turns keeps to one period, in which it makes whole turns, or swings once. From
+a joint on, distances are bounded by the sum of the lengths on the way: never exceeded, in any pose.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float64
@@ -37,7 +29,7 @@ from scenes.imported.part_tree import PartTree
 from scenes.rig.rig import Motion, Rig, RiggedSticks, rest_motion
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.sticks.areas import _along, _frame, directions
-from scenes.sticks.prototype import part_contrast
+from scenes.sticks.prototype import bounds_of_all_below, box_middles, part_contrast
 
 _KEYS_A_TURN, _KEYS_A_SWING = 8, 24
 """Key poses: between two of them a joint turns by less than half a turn, the shorter way."""
@@ -83,6 +75,7 @@ def motion_of(tree: PartTree, rig: Rig) -> Motion:
 
 
 CELLS = 160
+"""Of the longer side of a projected part."""
 
 
 def projected_areas(
@@ -90,9 +83,13 @@ def projected_areas(
 ) -> Float64[np.ndarray, "n d"]:
     """Measure the projected area of each part along each direction, (n, d) [m²].
 
+    Seen along a direction the triangles of a part and of all below it fall on a square grid of
+    points, CELLS to the longer side; the points that any covers are counted. Points fall evenly, so
+    that areas are unbiased, however thin what covers them is.
+
     parent (n,) as in Hierarchy; meshes: of the n parts, in one frame
     """
-    order, begin, end = depth_first(parent, meshes.count)
+    order, begin, end = _depth_first(parent, meshes.count)
     rows = np.concatenate(
         [np.arange(meshes.first_face[part], meshes.first_face[part + 1]) for part in order]
     )
@@ -100,7 +97,7 @@ def projected_areas(
     return _areas(corners, begin, end, np.ascontiguousarray(directions))
 
 
-def depth_first(parent: Ints, count: Ints) -> tuple[Ints, Ints, Ints]:
+def _depth_first(parent: Ints, count: Ints) -> tuple[Ints, Ints, Ints]:
     """Order parts so that all below a part follow it, (n,), and find the run of each, (n,) each.
 
     The run of a part goes from its first triangle to the end of those below it, in that order;
@@ -198,99 +195,54 @@ class _Reach:
 
 def imported_prototype(name: str, tree: PartTree) -> RiggedPrototype:
     """Make the prototype of a model."""
-    areas = _areas_prototype(tree)
-    mean, P = areas[:, : len(directions())].mean(axis=1), np.sqrt(areas.max(axis=1))
-    looks = model_appearances(tree, mean)
-    leaf, tints = looks.leaf, looks.tints
+    around = directions()
+    areas = projected_areas(tree.parent, tree.meshes, np.concatenate((around, np.eye(3))))
+    P = np.sqrt(areas.max(axis=1))
+    leaf, tints, fitted = model_appearances(tree, areas[:, : len(around)].mean(axis=1))
     rig, joint = joints_of(tree)
-    position = _middles(tree)
     tied = representative(tree.parent, P)
-    position = position[tied]
+    position = box_middles(tree.parent, tree.meshes.vertex_owner, tree.meshes.vertices)[tied]
     origin = rig.frames()[0]
-    reach = _Reach(joint, origin, rig.parent)
-    lengths = _lengths(tree, reach, position, P, tied, leaf)
+    lengths = _lengths(tree, _Reach(joint, origin, rig.parent), position, P, tied, leaf)
     contrast = part_contrast(tree.parent, leaf, tints)[tied]
-    hierarchy = Hierarchy(tree.parent, tree.level, position, *lengths, contrast, looks.overlap)
     local = np.concatenate((np.zeros((1, 3)), origin))
+    on = joint[leaf.owner]
+    sticks = RiggedSticks.on(leaf, on, on, origin)
+    meshes, corner_joint = tree.meshes, joint[tree.meshes.vertex_owner]
     return RiggedPrototype(
         name=name,
         rig=rig,
         joint=joint,
-        hierarchy=hierarchy,
-        inner=_rigged(leaf.take(np.zeros(0, np.int64)), joint, local),
-        leaf=_rigged(leaf, joint, local),
+        hierarchy=Hierarchy(tree.parent, tree.level, position, *lengths, contrast, fitted.overlap),
+        inner=sticks.take(np.zeros(0, np.int64)),
+        leaf=sticks,
         tints=tints,
         motion=motion_of(tree, rig),
         place=position - local[joint + 1],
-        view_dependence=looks.view_dependence,
-        meshes=_on_joints(tree.meshes, joint, local),
+        view_dependence=fitted.view_dependence,
+        meshes=replace(meshes, vertices=meshes.vertices - local[corner_joint + 1]),
     )
-
-
-def _areas_prototype(tree: PartTree) -> np.ndarray:
-    """Areas of each part along the directions over which means are taken, and along x, y and z."""
-    views = np.concatenate((directions(), np.eye(3)))
-    return projected_areas(tree.parent, tree.meshes, views)
-
-
-def _middles(tree: PartTree) -> Points:
-    """Middle of the box about all that hangs on each part, (n, 3) [m]."""
-    n = len(tree)
-    low, high = np.full((n, 3), np.inf), np.full((n, 3), -np.inf)
-    np.minimum.at(low, tree.meshes.vertex_owner, tree.meshes.vertices)
-    np.maximum.at(high, tree.meshes.vertex_owner, tree.meshes.vertices)
-    for row in range(n - 1, 0, -1):
-        above = tree.parent[row]
-        low[above], high[above] = (
-            np.minimum(low[above], low[row]),
-            np.maximum(high[above], high[row]),
-        )
-    return (low + high) / 2
 
 
 def _lengths(
     tree: PartTree, reach: _Reach, position: Points, P: Reals, tied: Ints, leaf: StickTable
 ) -> tuple[Reals, Reals, Reals, Reals]:
     """P, R, B and separation of every part, (n,) each [m]."""
-    n, parent = len(tree), tree.parent
+    n, parent, meshes = len(tree), tree.parent, tree.meshes
     own, R, separation = np.zeros(n), np.zeros(n), np.zeros(n)
-    spheres = [_spheres(tree.meshes, leaf, row) for row in range(n)]
-    none = np.zeros(1)
     for row in range(n):
-        own[row] = reach.farthest(row, position[row], row, *spheres[row])
+        # What the part looks like lies in spheres: corners of its mesh, ends of its sticks.
+        corners = meshes.vertices[meshes.first_vertex[row] : meshes.first_vertex[row + 1]]
+        sticks = slice(leaf.first[row], leaf.first[row + 1])
+        radii = np.zeros(len(corners)), leaf.start_radius[sticks], leaf.end_radius[sticks]
+        points = np.concatenate((corners, leaf.start[sticks], leaf.end[sticks]))
+        spheres = points, np.concatenate(radii)
+        own[row] = reach.farthest(row, position[row], row, *spheres)
         R[row] = max(R[row], own[row])
         above = int(parent[row])
         if above >= 0:
-            R[above] = max(R[above], reach.farthest(above, position[above], row, *spheres[row]))
-            at = position[row][None]
-            separation[row] = reach.farthest(above, position[above], row, at, none)
-    B = own.copy()
-    for row in range(n - 1, 0, -1):
-        B[parent[row]] = max(B[parent[row]], separation[row] + B[row])
+            R[above] = max(R[above], reach.farthest(above, position[above], row, *spheres))
+            middle = position[row][None], np.zeros(1)
+            separation[row] = reach.farthest(above, position[above], row, *middle)
+    B = bounds_of_all_below(parent, own, separation)
     return max_over_tied(P, tied), max_over_tied(R, tied), B, separation
-
-
-def _spheres(meshes: MeshTable, leaf: StickTable, row: int) -> tuple[Points, Reals]:
-    """What a part looks like, as spheres that hold it: corners of its mesh, ends of its sticks."""
-    corners = meshes.vertices[meshes.first_vertex[row] : meshes.first_vertex[row + 1]]
-    own = slice(leaf.first[row], leaf.first[row + 1])
-    points = np.concatenate((corners, leaf.start[own], leaf.end[own]))
-    radii = np.concatenate((np.zeros(len(corners)), leaf.start_radius[own], leaf.end_radius[own]))
-    return points, radii
-
-
-def _rigged(table: StickTable, joint: np.ndarray, local: np.ndarray) -> RiggedSticks:
-    """Sticks that ride on the joint of their part."""
-    on = joint[table.owner]
-    start, end = table.start - local[on + 1], table.end - local[on + 1]
-    radii = table.start_radius, table.end_radius
-    return RiggedSticks.of(len(table.count), table.owner, start, end, *radii, table.tint, on, on)
-
-
-def _on_joints(meshes: MeshTable, joint: np.ndarray, local: np.ndarray) -> MeshTable:
-    """Meshes in the frames of the joints of their parts, which are not turned at rest."""
-    columns = {
-        name: getattr(meshes, name)
-        for name in ("first_vertex", "first_face", "normals", "colours", "faces")
-    }
-    return MeshTable(vertices=meshes.vertices - local[joint[meshes.vertex_owner] + 1], **columns)

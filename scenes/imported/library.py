@@ -1,8 +1,7 @@
-"""An imported model as one file of this program's own: plain arrays, nothing that could be run.
+"""Reading the scene files that a user brings, keeping them by name, and finding those of presets.
 
-Reading the scene files that a user brings, and keeping them as models by name.
-
-Which model does a preset mean: its file or its name, held against the hash of what was meant.
+A kept model is one file of this program's own: plain arrays, nothing that could be run. A preset
+means its file or its name, held against the hash of what was meant.
 """
 
 import io
@@ -16,8 +15,15 @@ import numpy as np
 
 from lod.errors import InputError
 from lod.shapes import MeshTable
+from scenes.files import whole_file
 from scenes.imported.gltf import read_gltf
-from scenes.imported.part_tree import PartTree, build_tree, read_sidecar
+from scenes.imported.part_tree import (
+    MESH_COLUMNS,
+    OWN_COLUMNS,
+    PartTree,
+    build_tree,
+    read_sidecar,
+)
 from scenes.imported.usd import read_usd
 from scenes.model_files.names import (
     SUFFIXES,
@@ -31,16 +37,13 @@ from scenes.processes.cache import kept
 FORMAT = 1
 """Version of the file; one of another version is refused."""
 
-_MESH = ("first_vertex", "first_face", "vertices", "normals", "colours", "faces")
-_OWN = ("parent", "level", "frame", "axis", "turns", "swing")
-
 
 def pack(tree: PartTree) -> bytes:
     """Write a model as the bytes of a .npz archive."""
     said = {"format": FORMAT, "names": tree.names, "period": tree.period}
     about = np.frombuffer(json.dumps(said).encode(), np.uint8)
-    out = io.BytesIO()
     columns: dict[str, Any] = {"about": about, **tree.columns()}
+    out = io.BytesIO()
     np.savez_compressed(out, **columns)
     return out.getvalue()
 
@@ -53,27 +56,14 @@ def unpack(data: bytes, where: str) -> PartTree:
             if said["format"] != FORMAT:
                 rule = f"format {FORMAT} of an imported model"
                 raise InputError(where, f"format {said['format']}", rule, "add it again")
-            meshes = MeshTable(*(found[name] for name in _MESH))
-            own = {name: found[name] for name in _OWN}
+            meshes = MeshTable(*(found[name] for name in MESH_COLUMNS))
+            own = {name: found[name] for name in OWN_COLUMNS}
             return PartTree(names=tuple(said["names"]), meshes=meshes, **own, period=said["period"])
-    except (KeyError, OSError, EOFError, TypeError, zipfile.BadZipFile) as error:
+    except InputError:
+        raise
+    except (ValueError, KeyError, OSError, EOFError, TypeError, zipfile.BadZipFile) as error:
         rule = f"an imported model ({type(error).__name__})"
         raise InputError(where, f"{len(data)} bytes", rule, "add it again") from None
-    except ValueError as error:
-        if isinstance(error, InputError):
-            raise
-        raise InputError(where, f"{len(data)} bytes", "an imported model", "add it again") from None
-
-
-def read_compiled(path: Path) -> PartTree:
-    """Read a model from such a file."""
-    return unpack(path.read_bytes(), str(path))
-
-
-_GLTF = (".gltf", ".glb")
-
-
-_CURE = "mend it in the program that made the scene, and export it again"
 
 
 def read_model(path: Path) -> PartTree:
@@ -83,7 +73,8 @@ def read_model(path: Path) -> PartTree:
     except InputError as error:
         if error.cure:
             raise
-        raise InputError(error.where, error.arrived, error.rule, _CURE) from None
+        cure = "mend it in the program that made the scene, and export it again"
+        raise InputError(error.where, error.arrived, error.rule, cure) from None
 
 
 def _read_model(path: Path) -> PartTree:
@@ -98,7 +89,7 @@ def _read_model(path: Path) -> PartTree:
         if path.stat().st_size == 0:
             raise InputError(where, "0 bytes", "a scene file", "it is empty: export it again")
         sidecar = read_sidecar(path)
-        read = read_gltf if path.suffix.lower() in _GLTF else read_usd
+        read = read_gltf if path.suffix.lower() in (".gltf", ".glb") else read_usd
         nodes = read(path, sidecar)
     except ModuleNotFoundError as error:
         rule, cure = f"needs {error.name}", "pip install 'lodbench[models]'"
@@ -114,7 +105,7 @@ def user_model(name: str) -> PartTree:
     if not path.is_file():
         rule = f"a model that was added: {', '.join(user_model_names()) or 'none was'}"
         raise InputError("NAME", name, rule, "see `lodbench model list`")
-    return read_compiled(path)
+    return unpack(path.read_bytes(), str(path))
 
 
 def keep_model(name: str, tree: PartTree, overwrite: bool) -> Path:
@@ -125,9 +116,8 @@ def keep_model(name: str, tree: PartTree, overwrite: bool) -> Path:
     if path.exists() and not overwrite:
         raise InputError("NAME", name, "a new name", "say --overwrite, or another --name")
     path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_suffix(".part")
-    part.write_bytes(pack(tree))
-    part.replace(path)
+    with whole_file(path, overwrite) as temporary:
+        temporary.write_bytes(pack(tree))
     return path
 
 
@@ -172,15 +162,9 @@ def model_by_digest(where: str, model: str, digest: str) -> PartTree:
         tree = user_model(model)
         if tree.digest == digest:
             return tree
-    return _kept(
-        digest,
-        InputError(
-            where,
-            model,
-            f"the model whose SHA-256 is {digest[:12]}…, which is not on this machine",
-            "bring it by `lodbench model add`",
-        ),
-    )
+    rule = f"the model whose SHA-256 is {digest[:12]}…, which is not on this machine"
+    missing = InputError(where, model, rule, "bring it by `lodbench model add`")
+    return _kept(digest, missing)
 
 
 def _kept(digest: str, tree: PartTree | InputError) -> PartTree:

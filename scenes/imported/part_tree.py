@@ -1,15 +1,9 @@
-"""The parts of an imported model: its node tree with a mesh for every end, and what may be said of
-each node.
+"""The parts of an imported model: its node tree with a mesh for every end.
 
-What is said of a model's nodes beyond their meshes: named attributes, and a table beside it.
-
-A file's own attributes are named ``lod:level``, ``lod:albedo``, ``lod:axis``, ``lod:turns`` and
-``lod:swing``. ``oak.usda.toml`` beside ``oak.usda`` says the same of nodes by their paths, and the
-unit and the period of the whole; what it says goes before the file's own.
-
-From the nodes of a scene file to the parts of a model, checked by the names of nodes.
-
-From the corners of a foreign mesh to one that can be measured and rendered.
+A file says of its nodes beyond their meshes what attributes named ``lod:level``, ``lod:albedo``,
+``lod:axis``, ``lod:turns`` and ``lod:swing`` hold. ``oak.usda.toml`` beside ``oak.usda`` says the
+same of nodes by their paths, and the unit and the period of the whole; what it says goes before the
+file's own.
 """
 
 import hashlib
@@ -32,12 +26,26 @@ from scenes.model_files.parameter_file import CLOSED, read_model_file
 MOST_NODES, MOST_TRIANGLES = 50_000, 2_000_000
 """Nodes and triangles of one model at most: what a process can hold, prune and measure."""
 
+MOST_BYTES = 2**29
+"""Of a file, and of all that it names, at most."""
+
+OBJECT_FROM_Y_UP = np.array([[0, 0, 1, 0], [1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1.0]])
+"""x ahead, y left and z up, from x left, y up and z ahead."""
+
 SMALLEST_M, LARGEST_M = 1e-3, 1e4
 """Sides of the box about a model, the longest of them, from a pebble's to a mountain's [m]."""
 
 
-@dataclass(frozen=True)
-class NodeSettings:
+OWN_COLUMNS = ("parent", "level", "frame", "axis", "turns", "swing")
+MESH_COLUMNS = ("first_vertex", "first_face", "vertices", "normals", "colours", "faces")
+
+PREFIX = "lod:"
+
+_Unit = Annotated[float, Field(ge=-1e6, le=1e6)]
+_Share = Annotated[float, Field(ge=0, le=1)]
+
+
+class NodeSettings(BaseModel):
     """What a file, or the table beside it, says of a node beyond its place and its mesh.
 
     level   detail level; None = one more than that of the node above
@@ -47,11 +55,28 @@ class NodeSettings:
     swing   it swings by so many degrees to either side, once in a period, and makes no turns
     """
 
-    level: int | None = None
-    albedo: tuple[float, float, float] | None = None
-    axis: tuple[float, float, float] | None = None
-    turns: int = 1
-    swing: float = 0.0
+    model_config = CLOSED
+
+    level: Annotated[int, Field(ge=0, le=64)] | None = None
+    albedo: tuple[_Share, _Share, _Share] | None = None
+    axis: tuple[_Unit, _Unit, _Unit] | None = None
+    turns: Annotated[int, Field(ge=-64, le=64)] = 1
+    swing: Annotated[float, Field(ge=0, le=170)] = 0.0
+
+
+class Sidecar(BaseModel):
+    """The table beside a model.
+
+    metres_per_unit  of the file's lengths; absent: what the file says itself [m]
+    period           of all that turns or swings [s]
+    parts            of nodes by their paths
+    """
+
+    model_config = CLOSED
+
+    metres_per_unit: Annotated[float, Field(gt=0, le=1e6)] | None = None
+    period: Annotated[float, Field(ge=0.01, le=1e6)] = 4.0
+    parts: dict[str, NodeSettings] = Field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,56 +136,8 @@ class PartTree(ArrayData):
 
     def columns(self) -> dict[str, np.ndarray]:
         """Return every array of the tree by name, those of its meshes too."""
-        own = ("parent", "level", "frame", "axis", "turns", "swing")
-        meshes = ("first_vertex", "first_face", "vertices", "normals", "colours", "faces")
-        columns = {name: getattr(self, name) for name in own}
-        return columns | {name: getattr(self.meshes, name) for name in meshes}
-
-
-def check_size(where: str, meshes: MeshTable, cure: str) -> None:
-    """Raise InputError for a model so small or so large that its units must be wrong."""
-    low, high = meshes.vertices.min(axis=0), meshes.vertices.max(axis=0)
-    longest = float((high - low).max())
-    if not SMALLEST_M <= longest <= LARGEST_M:
-        rule = f"a model is {SMALLEST_M:g} to {LARGEST_M:g} m long"
-        raise InputError(where, f"{longest:.3g} m", rule, cure)
-    farthest = float(np.abs(meshes.vertices).max())
-    if farthest > 2 * LARGEST_M:
-        rule = f"a model stands within {2 * LARGEST_M:g} m of its origin"
-        raise InputError(where, f"{farthest:.3g} m", rule, "move it to the origin")
-
-
-PREFIX = "lod:"
-
-_Unit = Annotated[float, Field(ge=-1e6, le=1e6)]
-_Share = Annotated[float, Field(ge=0, le=1)]
-
-
-class NodeTable(BaseModel):
-    """What a table says of one node, as NodeSettings."""
-
-    model_config = CLOSED
-
-    level: Annotated[int, Field(ge=0, le=64)] | None = None
-    albedo: tuple[_Share, _Share, _Share] | None = None
-    axis: tuple[_Unit, _Unit, _Unit] | None = None
-    turns: Annotated[int, Field(ge=-64, le=64)] = 1
-    swing: Annotated[float, Field(ge=0, le=170)] = 0.0
-
-
-class Sidecar(BaseModel):
-    """The table beside a model.
-
-    metres_per_unit  of the file's lengths; absent: what the file says itself [m]
-    period           of all that turns or swings [s]
-    parts            of nodes by their paths
-    """
-
-    model_config = CLOSED
-
-    metres_per_unit: Annotated[float, Field(gt=0, le=1e6)] | None = None
-    period: Annotated[float, Field(ge=0.01, le=1e6)] = 4.0
-    parts: dict[str, NodeTable] = Field(default_factory=dict)
+        columns = {name: getattr(self, name) for name in OWN_COLUMNS}
+        return columns | {name: getattr(self.meshes, name) for name in MESH_COLUMNS}
 
 
 def read_sidecar(model: Path) -> Sidecar:
@@ -174,47 +151,14 @@ def node_settings(where: str, attributes: Mapping[str, Any]) -> NodeSettings:
     ours = {
         name.rpartition(PREFIX)[2]: value for name, value in attributes.items() if PREFIX in name
     }
-    if not ours:
-        return NodeSettings()
     try:
-        table = NodeTable.model_validate_json(_as_json(where, ours))
+        return NodeSettings.model_validate_json(json.dumps(ours))
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         key = ".".join(map(str, first["loc"]))
         raise InputError(f"{where} {PREFIX}{key}", first["input"], first["msg"]) from None
-    return settings_of(table)
-
-
-def settings_of(table: NodeTable) -> NodeSettings:
-    """Return what a table says as the settings of a node."""
-    return NodeSettings(**table.model_dump())
-
-
-def _as_json(where: str, values: Mapping[str, Any]) -> str:
-    try:
-        return json.dumps(values)
     except (TypeError, ValueError) as error:
         raise InputError(where, "attributes", f"plain numbers and lists ({error})") from None
-
-
-def build_tree(source: str, nodes: Sequence[Node], sidecar: Sidecar) -> PartTree:
-    """Make the parts of a model from its nodes, those above before those below.
-
-    A node with a mesh and nodes below it has its mesh as a part of its own. A node with nothing but
-    one node below is one part with that. Several topmost nodes become parts of one whole.
-
-    source: what errors call the file. Raises InputError that names the node and the rule.
-    """
-    check_node_count(source, len(nodes))
-    if not any(node.mesh is not None for node in nodes):
-        raise InputError(source, "no meshes", "the ends of a model are meshes", "add one")
-    nodes = _one_whole(nodes)
-    paths = node_paths(nodes)
-    said = _settings(source, nodes, paths, sidecar)
-    nodes, paths, said = _own_parts(nodes, paths, said)
-    _refuse_empty(source, nodes, paths)
-    rows = _kept(nodes, said)
-    return _tree(source, nodes, paths, said, rows, sidecar.period)
 
 
 def check_node_count(source: str, count: int) -> None:
@@ -231,8 +175,48 @@ def check_triangle_count(source: str, count: int) -> None:
         raise InputError(source, f"{count} triangles", rule, "decimate its meshes")
 
 
-def node_paths(nodes: Sequence[Node]) -> list[str]:
-    """Name every node by the names from the whole to it; namesakes are numbered from 2."""
+def check_frame(where: str, frame: np.ndarray, scale: object) -> None:
+    """Raise InputError for a frame (4, 4) that is not finite or flat; ``scale``: what made it."""
+    if not np.isfinite(frame).all():
+        raise InputError(where, "a place that is no number", "places and scales are finite")
+    if abs(np.linalg.det(frame[:3, :3])) < 1e-30:
+        raise InputError(where, scale, "a scale above or below 0 along every axis")
+
+
+def build_tree(source: str, nodes: Sequence[Node], sidecar: Sidecar) -> PartTree:
+    """Make the parts of a model from its nodes, those above before those below.
+
+    A node with a mesh and nodes below it has its mesh as a part of its own. A node with nothing but
+    one node below is one part with that. Several topmost nodes become parts of one whole.
+
+    source: what errors call the file. Raises InputError that names the node and the rule.
+    """
+    check_node_count(source, len(nodes))
+    if not any(node.mesh is not None for node in nodes):
+        raise InputError(source, "no meshes", "the ends of a model are meshes", "add one")
+    if sum(node.parent < 0 for node in nodes) == 1:
+        nodes = list(nodes)
+    else:
+        whole = Node("whole", -1, np.eye(4), None, NodeSettings())
+        nodes = [whole, *(replace(node, parent=node.parent + 1) for node in nodes)]
+    paths = _paths(nodes)
+    said = _settings(source, nodes, paths, sidecar)
+    inner = {node.parent for node in nodes}
+    for row in range(len(nodes)):
+        node = nodes[row]
+        if row in inner and node.mesh is not None:
+            nodes[row] = replace(node, mesh=None)
+            nodes.append(replace(node, name="mesh", parent=row))
+            paths.append(f"{paths[row]} mesh")
+            said.append(NodeSettings(albedo=said[row].albedo))
+        elif row not in inner and node.mesh is None:
+            rule = "every node has a mesh or nodes below it"
+            raise InputError(f"{source}: node {paths[row]}", "empty", rule, "take it out")
+    return _tree(source, nodes, paths, said, sidecar.period)
+
+
+def _paths(nodes: Sequence[Node]) -> list[str]:
+    """Names from the whole to every node; namesakes are numbered from 2."""
     paths: list[str] = []
     seen: dict[str, int] = {}
     for node in nodes:
@@ -241,14 +225,6 @@ def node_paths(nodes: Sequence[Node]) -> list[str]:
         seen[path] = seen.get(path, 0) + 1
         paths.append(path if seen[path] == 1 else f"{path} ({seen[path]})")
     return paths
-
-
-def _one_whole(nodes: Sequence[Node]) -> list[Node]:
-    """The nodes below one topmost node, which is made where there are several."""
-    if sum(node.parent < 0 for node in nodes) == 1:
-        return list(nodes)
-    whole = Node("whole", -1, np.eye(4), None, NodeSettings())
-    return [whole, *(replace(node, parent=node.parent + 1) for node in nodes)]
 
 
 def _settings(
@@ -262,57 +238,13 @@ def _settings(
         raise InputError(where, "no such node", "the path of a node", f"as {some} …")
     said: list[NodeSettings] = []
     for node, path in zip(nodes, paths, strict=True):
-        own = settings_of(sidecar.parts[path]) if path in sidecar.parts else node.settings
+        own = sidecar.parts.get(path, node.settings)
         if own.axis is not None and not np.any(own.axis):
             raise InputError(f"{source}: {path} axis", own.axis, "not zero", "try [0, 0, 1]")
         if own.albedo is None and node.parent >= 0:
-            own = replace(own, albedo=said[node.parent].albedo)
+            own = own.model_copy(update={"albedo": said[node.parent].albedo})
         said.append(own)
     return said
-
-
-def _own_parts(
-    nodes: Sequence[Node], paths: Sequence[str], said: Sequence[NodeSettings]
-) -> tuple[list[Node], list[str], list[NodeSettings]]:
-    """Nodes that have a mesh or nodes below, and not both: such a mesh is a node of its own."""
-    inner = {node.parent for node in nodes}
-    more = [
-        (replace(node, name="mesh", parent=row), f"{paths[row]} mesh")
-        for row, node in enumerate(nodes)
-        if row in inner and node.mesh is not None
-    ]
-    own = [replace(node, mesh=None) if row in inner else node for row, node in enumerate(nodes)] + [
-        node for node, _ in more
-    ]
-    settings = [*said, *(NodeSettings(albedo=said[node.parent].albedo) for node, _ in more)]
-    return own, [*paths, *(path for _, path in more)], settings
-
-
-def _refuse_empty(source: str, nodes: Sequence[Node], paths: Sequence[str]) -> None:
-    inner = {node.parent for node in nodes}
-    for row, node in enumerate(nodes):
-        if node.mesh is None and row not in inner:
-            rule = "every node has a mesh or nodes below it"
-            raise InputError(f"{source}: node {paths[row]}", "empty", rule, "take it out")
-
-
-def _kept(nodes: Sequence[Node], said: Sequence[NodeSettings]) -> list[int]:
-    """Rows of the nodes that become parts, wholes before parts: all but those that have one node
-    below and nothing else, of which that takes the place."""
-    below = np.bincount([node.parent for node in nodes if node.parent >= 0], minlength=len(nodes))
-    depth: dict[int, int] = {}
-
-    def depth_of(row: int) -> int:
-        chain = []
-        while row >= 0 and row not in depth:
-            chain.append(row)
-            row = nodes[row].parent
-        for each in reversed(chain):
-            depth[each] = depth.get(nodes[each].parent, -1) + 1
-        return depth[chain[0]] if chain else depth[row]
-
-    order = sorted(range(len(nodes)), key=depth_of)
-    return [row for row in order if below[row] != 1 or said[row].axis is not None]
 
 
 def _tree(
@@ -320,13 +252,20 @@ def _tree(
     nodes: Sequence[Node],
     paths: Sequence[str],
     said: Sequence[NodeSettings],
-    rows: Sequence[int],
     period: float,
 ) -> PartTree:
-    """The parts that stand in ``rows`` of the nodes."""
+    """The parts: all nodes but those that have one node below and nothing else, which takes their
+    place."""
+    below = np.bincount([node.parent for node in nodes if node.parent >= 0], minlength=len(nodes))
+    depth: list[int] = []
+    for node in nodes:  # those above come before those below
+        depth.append(depth[node.parent] + 1 if node.parent >= 0 else 0)
+    wholes_first = sorted(range(len(nodes)), key=depth.__getitem__)
+    rows = [row for row in wholes_first if below[row] != 1 or said[row].axis is not None]
     number = {row: part for part, row in enumerate(rows)}
     parent: list[int] = []
     level: list[int] = []
+    meshes = []
     for row in rows:
         above = nodes[row].parent
         while above >= 0 and above not in number:
@@ -338,29 +277,38 @@ def _tree(
             where, rule = f"{source}: node {paths[row]} level", f"at least {least}, its whole's"
             raise InputError(where, asked, rule if parent[-1] >= 0 else "0 for the whole")
         level.append(asked if asked is not None else (least + 1 if parent[-1] >= 0 else 0))
-    meshes = MeshTable.of([_coloured(nodes[row].mesh, said[row]) for row in rows])
-    check_triangle_count(source, len(meshes))
-    check_size(source, meshes, "mend the file's unit, or say metres_per_unit in FILE.toml")
-    own: Mapping[str, np.ndarray] = {
-        "axis": np.array([said[row].axis or (0.0, 0.0, 0.0) for row in rows]),
-        "turns": np.array([0 if said[row].swing else said[row].turns for row in rows]),
-        "swing": np.array([said[row].swing for row in rows]),
-    }
+        mesh, albedo = nodes[row].mesh, said[row].albedo
+        if mesh is not None and albedo is not None:
+            mesh = replace(mesh, colours=np.tile(albedo, (len(mesh.vertices), 1)))
+        meshes.append(mesh)
+    table = MeshTable.of(meshes)
+    check_triangle_count(source, len(table))
+    _check_size(source, table)
     return PartTree(
         tuple(paths[row] for row in rows),
         np.array(parent),
         np.array(level),
         np.array([nodes[row].frame for row in rows]),
-        meshes,
-        **own,
+        table,
+        axis=np.array([said[row].axis or (0.0, 0.0, 0.0) for row in rows]),
+        turns=np.array([0 if said[row].swing else said[row].turns for row in rows]),
+        swing=np.array([said[row].swing for row in rows]),
         period=period,
     )
 
 
-def _coloured(mesh: Mesh | None, said: NodeSettings) -> Mesh | None:
-    if mesh is None or said.albedo is None:
-        return mesh
-    return replace(mesh, colours=np.tile(said.albedo, (len(mesh.vertices), 1)))
+def _check_size(where: str, meshes: MeshTable) -> None:
+    """Refuse a model so small, so large or so far off that its units must be wrong."""
+    low, high = meshes.vertices.min(axis=0), meshes.vertices.max(axis=0)
+    longest = float((high - low).max())
+    if not SMALLEST_M <= longest <= LARGEST_M:
+        rule = f"a model is {SMALLEST_M:g} to {LARGEST_M:g} m long"
+        cure = "mend the file's unit, or say metres_per_unit in FILE.toml"
+        raise InputError(where, f"{longest:.3g} m", rule, cure)
+    farthest = float(np.abs(meshes.vertices).max())
+    if farthest > 2 * LARGEST_M:
+        rule = f"a model stands within {2 * LARGEST_M:g} m of its origin"
+        raise InputError(where, f"{farthest:.3g} m", rule, "move it to the origin")
 
 
 TEXTURE_PIXELS = 64
@@ -382,7 +330,12 @@ def checked_mesh(
     Normals (v, 3) are those of the faces where none are given. Triangles without area are left out.
     Raises InputError that names the node: ``where``.
     """
-    check_points(where, vertices)
+    if vertices.ndim != 2 or vertices.shape[1:] != (3,):
+        raise InputError(where, vertices.shape, "vertices have three coordinates")
+    wrong = np.flatnonzero(~(np.abs(vertices) < _LARGEST_M).all(axis=1))
+    if len(wrong):
+        point = [float(x) for x in vertices[wrong[0]]]
+        raise InputError(where, point, f"vertices are finite (vertex {int(wrong[0])} is not)")
     if len(faces) == 0:
         raise InputError(where, "no triangles", "a mesh has triangles", "take the node out")
     if faces.min() < 0 or faces.max() >= len(vertices):
@@ -403,19 +356,15 @@ def checked_mesh(
         smooth = bool(np.isfinite(length).all() and (length[faces] > 1e-6).all())
         normals = normals / np.maximum(length, 1e-12)
     if not smooth or normals is None:
-        vertices, colours, normals, faces = _flat(vertices, colours, faces)
+        # Every face has corners of its own, with its normal.
+        a, b, c = (vertices[faces[:, k]] for k in range(3))
+        normal = np.cross(b - a, c - a)
+        normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+        normals, rows = np.repeat(normal, 3, axis=0), faces.reshape(-1)
+        vertices, colours = vertices[rows], colours[rows]
+        faces = np.arange(len(rows)).reshape(-1, 3)
     used, rows = np.unique(faces, return_inverse=True)
     return Mesh(vertices[used], normals[used], colours[used], rows.reshape(-1, 3))
-
-
-def check_points(where: str, vertices: np.ndarray) -> None:
-    """Raise InputError for corners that are no finite points of space."""
-    if vertices.ndim != 2 or vertices.shape[1:] != (3,):
-        raise InputError(where, vertices.shape, "vertices have three coordinates")
-    wrong = np.flatnonzero(~(np.abs(vertices) < _LARGEST_M).all(axis=1))
-    if len(wrong):
-        arrived = [float(x) for x in vertices[wrong[0]]]
-        raise InputError(where, arrived, f"vertices are finite (vertex {int(wrong[0])} is not)")
 
 
 def moved(mesh: Mesh, frame: np.ndarray) -> Mesh:
@@ -469,15 +418,3 @@ def texture_colours(where: str, image: Image.Image | bytes, uv: np.ndarray) -> n
 def srgb_to_linear(values: np.ndarray) -> np.ndarray:
     """Decode sRGB values from 0 to 1 (IEC 61966-2-1)."""
     return np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
-
-
-def _flat(
-    vertices: np.ndarray, colours: np.ndarray, faces: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Corners of their own for every face, with its normal."""
-    a, b, c = (vertices[faces[:, k]] for k in range(3))
-    normal = np.cross(b - a, c - a)
-    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-    rows = faces.reshape(-1)
-    own = np.arange(len(rows)).reshape(-1, 3)
-    return vertices[rows], colours[rows], np.repeat(normal, 3, axis=0), own

@@ -1,6 +1,4 @@
-"""Meshes of USD, with the colours of their materials.
-
-Reading USD (.usda, .usdc, .usd, .usdz) into the nodes of a model.
+"""Reading USD (.usda, .usdc, .usd, .usdz) into the nodes of a model.
 
 Layers are composed as USD composes them: references, payloads and variants are those of the file,
 and prims that are instances stand for themselves. Lengths are metres by ``metersPerUnit``, which is
@@ -17,10 +15,13 @@ import numpy as np
 from lod.errors import InputError
 from lod.shapes import Mesh
 from scenes.imported.part_tree import (
+    MOST_BYTES,
     MOST_NODES,
+    OBJECT_FROM_Y_UP,
     PREFIX,
     Node,
     Sidecar,
+    check_frame,
     check_node_count,
     check_triangle_count,
     checked_mesh,
@@ -33,130 +34,9 @@ if TYPE_CHECKING:
     from pxr import Usd, UsdGeom
 
 
-GREY = (0.5, 0.5, 0.5)
-"""Albedo where a file says none."""
+MOST_TEXT_BYTES = 2**25
+"""Of a layer that is text, which takes some 30 times as much memory."""
 
-
-def read_mesh(where: str, mesh: "UsdGeom.Mesh") -> Mesh:
-    """Read a mesh in its own frame; polygons become fans of triangles about their first corner.
-
-    Raises InputError that names the prim: ``where``.
-    """
-    points = np.array(mesh.GetPointsAttr().Get() or (), np.float64).reshape(-1, 3)
-    counts = np.array(mesh.GetFaceVertexCountsAttr().Get() or (), np.int64)
-    corners = np.array(mesh.GetFaceVertexIndicesAttr().Get() or (), np.int64)
-    if counts.sum() != len(corners):
-        rule = f"as many corners as its faces have, {int(counts.sum())}"
-        raise InputError(where, f"{len(corners)} corners", rule, "export it again")
-    if len(corners) and (corners.min() < 0 or corners.max() >= len(points)):
-        arrived = int(corners.max() if corners.max() >= len(points) else corners.min())
-        raise InputError(where, arrived, f"faces name vertices, 0 to {len(points) - 1}")
-    fans = _fans(counts)
-    if str(mesh.GetOrientationAttr().Get()) == "leftHanded":
-        fans = fans[:, ::-1]
-    # Every corner has a vertex of its own where colours or normals change from face to face.
-    colours, uneven = _colours(where, mesh, points, corners, counts)
-    normals, bent = _per_corner(
-        mesh.GetNormalsAttr().Get(), mesh.GetNormalsInterpolation(), *(len(points), corners, counts)
-    )
-    if not uneven and not bent:
-        return checked_mesh(where, points, corners[fans], colours, normals)
-    if not uneven:
-        colours = colours[corners]
-    if normals is not None and not bent:
-        normals = normals[corners]
-    return checked_mesh(where, points[corners], fans, colours, normals)
-
-
-def _fans(counts: np.ndarray) -> np.ndarray:
-    """Rows of the corners of each triangle (t, 3) of polygons with so many corners each."""
-    face = np.repeat(np.arange(len(counts)), np.maximum(counts - 2, 0))
-    first = np.cumsum(counts) - counts
-    number = np.arange(len(face)) - np.repeat(
-        np.cumsum(counts - 2) - (counts - 2), np.maximum(counts - 2, 0)
-    )
-    start = first[face]
-    return np.stack((start, start + number + 1, start + number + 2), axis=1)
-
-
-def _per_corner(
-    values: Any, interpolation: Any, points: int, corners: np.ndarray, counts: np.ndarray
-) -> tuple[np.ndarray | None, bool]:
-    """Values by vertex, or by corner (the second result says so); None where there are none."""
-    if values is None or len(values) == 0:
-        return None, False
-    rows = np.array(values, np.float64).reshape(len(values), -1)
-    kind = str(interpolation)
-    if kind == "constant" or len(rows) == 1:
-        return np.repeat(rows[:1], points, axis=0), False
-    if kind in ("vertex", "varying") and len(rows) == points:
-        return rows, False
-    if kind == "faceVarying" and len(rows) == len(corners):
-        return rows, True
-    if kind == "uniform" and len(rows) == len(counts):
-        return np.repeat(rows, counts, axis=0), True
-    return None, False
-
-
-def _colours(
-    where: str, mesh: "UsdGeom.Mesh", points: np.ndarray, corners: np.ndarray, counts: np.ndarray
-) -> tuple[np.ndarray, bool]:
-    """Linear albedo by vertex or by corner: of its material, or its displayColor."""
-    from pxr import UsdGeom, UsdShade
-
-    count = len(points), corners, counts
-    material = UsdShade.MaterialBindingAPI(mesh.GetPrim()).ComputeBoundMaterial()[0]
-    found = _material_colour(where, material) if material else None
-    if isinstance(found, bytes):
-        st = UsdGeom.PrimvarsAPI(mesh.GetPrim()).GetPrimvar("st")
-        uv, uneven = (
-            _per_corner(st.ComputeFlattened(), st.GetInterpolation(), *count)
-            if st
-            else (None, False)
-        )
-        if uv is None:
-            raise InputError(where, "a texture", "texture coordinates primvars:st", "unwrap it")
-        return texture_colours(where, found, uv), uneven
-    if found is not None:
-        return np.tile(found, (len(points), 1)), False
-    shown = mesh.GetDisplayColorPrimvar()
-    colours, uneven = _per_corner(shown.ComputeFlattened(), shown.GetInterpolation(), *count)
-    return (np.tile(GREY, (len(points), 1)), False) if colours is None else (colours, uneven)
-
-
-def _material_colour(where: str, material: Any) -> np.ndarray | bytes | None:
-    """Diffuse colour of a UsdPreviewSurface, or the bytes of its texture; None for no colour."""
-    from pxr import Ar, UsdShade
-
-    surface = material.ComputeSurfaceSource()[0]
-    if not surface or surface.GetIdAttr().Get() != "UsdPreviewSurface":
-        return None
-    opacity = surface.GetInput("opacity")
-    if opacity and (opacity.HasConnectedSource() or (opacity.Get() or 1.0) < 1.0):
-        rule, cure = "opaque materials alone", "model leaves as meshes, or take opacity out"
-        raise InputError(f"{where} material", "opacity", rule, cure)
-    diffuse = surface.GetInput("diffuseColor")
-    if not diffuse:
-        return None
-    for source in UsdShade.Utils.GetValueProducingAttributes(diffuse):
-        shader = UsdShade.Shader(source.GetPrim())
-        if shader.GetIdAttr().Get() != "UsdUVTexture":
-            return np.array(source.Get(), np.float64)
-        asset = shader.GetInput("file").Get()
-        opened = Ar.GetResolver().OpenAsset(Ar.ResolvedPath(asset.resolvedPath)) if asset else None
-        if opened is None:
-            arrived = asset.path if asset else "no file"
-            raise InputError(
-                f"{where} texture", arrived, "a picture that is there", "copy it there"
-            )
-        return bytes(opened.GetBuffer())
-    return None
-
-
-MOST_BYTES, MOST_TEXT_BYTES = 2**29, 2**25
-"""Of a layer at most, and of one that is text, which takes some 30 times as much memory."""
-
-OBJECT_FROM_Y_UP = np.array([[0, 0, 1, 0], [1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1.0]])
 OBJECT_FROM_Z_UP = np.array([[0, -1, 0, 0], [1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1.0]])
 
 _MOST_WORDS = 4 * MOST_NODES
@@ -164,6 +44,9 @@ _MOST_WORDS = 4 * MOST_NODES
 
 _PARTS = ("", "Xform", "Scope", "Mesh")
 _NO_PARTS = ("Material", "Shader", "NodeGraph", "GeomSubset", "Camera", "SkelAnimation")
+
+GREY = (0.5, 0.5, 0.5)
+"""Albedo where a file says none."""
 
 
 def read_usd(path: Path, sidecar: Sidecar) -> list[Node]:
@@ -173,32 +56,42 @@ def read_usd(path: Path, sidecar: Sidecar) -> list[Node]:
     """
     from pxr import Tf, Usd, UsdGeom, UsdUtils
 
-    _check_bytes(path)
+    name = path.name
+    size, start = path.stat().st_size, path.open("rb").read(8)
+    is_text = start != b"PXR-USDC" and start[:2] != b"PK"
+    most = MOST_TEXT_BYTES if is_text else MOST_BYTES
+    if size > most:
+        raise InputError(name, f"{size} bytes", f"at most {most} bytes", "save it as .usdc")
+    if is_text and path.read_bytes().count(b"def") > _MOST_WORDS:
+        check_node_count(name, _MOST_WORDS)
     said = UsdUtils.CoalescingDiagnosticDelegate()  # or USD would print warnings itself
     try:
         try:
             _count_specs(path)
             stage = Usd.Stage.Open(str(path))
         except Tf.ErrorException as error:
-            raise InputError(path.name, "USD", f"can be read ({_first(error)})") from None
-        _refuse_broken(path.name, stage, said)
-        cache = UsdGeom.XformCache()
-        prims = list(_prims(path.name, stage))
-        _check_triangles(path.name, [prim for prim, _ in prims])
-        world = _object_from_stage(path.name, stage, sidecar)
-        return [_node(path.name, prim, parent, cache, world) for prim, parent in prims]
+            errors = error.args[0] if error.args else ()
+            text = _line(getattr(errors, "commentary", str(error)))
+            raise InputError(name, "USD", f"can be read ({text})") from None
+        if broken := stage.GetCompositionErrors():
+            rule = "every layer and reference is there and none goes in a circle"
+            where = f"{name}: node {broken[0].rootSite.path}" if broken[0].rootSite else name
+            raise InputError(where, _line(str(broken[0])), rule, "flatten it: usdcat --flatten")
+        prims = list(_prims(name, stage))
+        total = 0
+        for prim, _ in prims:  # before any mesh is read
+            if prim.IsA(UsdGeom.Mesh):
+                faces = UsdGeom.Mesh(prim).GetFaceVertexCountsAttr().Get() or ()
+                counts = np.asarray(faces, np.int64)
+                if len(counts) and counts.min() < 3:
+                    where = f"{name}: node {prim.GetPath()}"
+                    raise InputError(where, int(counts.min()), "faces have three corners or more")
+                total += int((counts - 2).sum())
+                check_triangle_count(name, total)
+        cache, world = UsdGeom.XformCache(), _object_from_stage(name, stage, sidecar)
+        return [_node(name, prim, parent, cache, world) for prim, parent in prims]
     finally:
         said.TakeUncoalescedDiagnostics()
-
-
-def _check_bytes(path: Path) -> None:
-    size, start = path.stat().st_size, path.open("rb").read(8)
-    is_text = start != b"PXR-USDC" and start[:2] != b"PK"
-    most = MOST_TEXT_BYTES if is_text else MOST_BYTES
-    if size > most:
-        raise InputError(path.name, f"{size} bytes", f"at most {most} bytes", "save it as .usdc")
-    if is_text and path.read_bytes().count(b"def") > _MOST_WORDS:
-        check_node_count(path.name, _MOST_WORDS)
 
 
 def _count_specs(path: Path) -> None:
@@ -208,23 +101,14 @@ def _count_specs(path: Path) -> None:
     layer = Sdf.Layer.FindOrOpen(str(path))
     if layer is None:
         raise InputError(path.name, path.suffix, "a USD layer that can be read", "export it again")
-    count = len(layer.rootPrims)
-    check_node_count(path.name, count)
     left = list(layer.rootPrims)
+    count = len(left)
+    check_node_count(path.name, count)
     while left:
-        spec = left.pop()
-        count += len(spec.nameChildren)
+        below = list(left.pop().nameChildren)
+        count += len(below)
         check_node_count(path.name, count)
-        left += list(spec.nameChildren)
-
-
-def _refuse_broken(name: str, stage: "Usd.Stage", said: Any) -> None:
-    """Refuse a stage of which something is missing or goes in circles."""
-    errors = stage.GetCompositionErrors()
-    if errors:
-        rule = "every layer and reference is there and none goes in a circle"
-        where = f"{name}: node {errors[0].rootSite.path}" if errors[0].rootSite else name
-        raise InputError(where, _line(str(errors[0])), rule, "flatten it: usdcat --flatten")
+        left += below
 
 
 def _prims(name: str, stage: "Usd.Stage") -> Iterator[tuple["Usd.Prim", int]]:
@@ -232,8 +116,8 @@ def _prims(name: str, stage: "Usd.Stage") -> Iterator[tuple["Usd.Prim", int]]:
     from pxr import Usd, UsdGeom, UsdLux
 
     number: dict[Any, int] = {}
-    every = Usd.PrimRange.Stage(stage, Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate))
-    walk = iter(every)
+    instances_too = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
+    walk = iter(Usd.PrimRange.Stage(stage, instances_too))
     for prim in walk:
         kind = str(prim.GetTypeName())
         where = f"{name}: node {prim.GetPath()}"
@@ -242,8 +126,10 @@ def _prims(name: str, stage: "Usd.Stage") -> Iterator[tuple["Usd.Prim", int]]:
             image.GetVisibilityAttr().Get() == "invisible"
             or image.GetPurposeAttr().Get() in ("proxy", "guide")
         )
-        looks = kind == "Scope" and not _has_mesh(prim)
-        if kind in _NO_PARTS or hidden or looks or _is_light(prim, UsdLux):
+        below = (str(each.GetTypeName()) for each in Usd.PrimRange(prim, instances_too))
+        looks = kind == "Scope" and "Mesh" not in below
+        light = prim.HasAPI(UsdLux.LightAPI) or prim.IsA(UsdLux.BoundableLightBase)
+        if kind in _NO_PARTS or hidden or looks or light:
             walk.PruneChildren()
             continue
         if kind not in _PARTS:
@@ -252,33 +138,6 @@ def _prims(name: str, stage: "Usd.Stage") -> Iterator[tuple["Usd.Prim", int]]:
         number[prim.GetPath()] = len(number)
         check_node_count(name, len(number))
         yield prim, number.get(prim.GetParent().GetPath(), -1)
-
-
-def _has_mesh(prim: "Usd.Prim") -> bool:
-    from pxr import Usd
-
-    every = Usd.PrimRange(prim, Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate))
-    return any(str(each.GetTypeName()) == "Mesh" for each in every)
-
-
-def _is_light(prim: "Usd.Prim", lux: Any) -> bool:
-    return prim.HasAPI(lux.LightAPI) or bool(prim.IsA(lux.BoundableLightBase))
-
-
-def _check_triangles(name: str, prims: list["Usd.Prim"]) -> None:
-    """Foretell the triangles of all meshes before any is read."""
-    from pxr import UsdGeom
-
-    total = 0
-    for prim in prims:
-        if prim.IsA(UsdGeom.Mesh):
-            mesh = UsdGeom.Mesh(prim)
-            counts = np.asarray(mesh.GetFaceVertexCountsAttr().Get() or (), np.int64)
-            if len(counts) and counts.min() < 3:
-                where = f"{name}: node {prim.GetPath()}"
-                raise InputError(where, int(counts.min()), "faces have three corners or more")
-            total += int((counts - 2).sum())
-            check_triangle_count(name, total)
 
 
 def _object_from_stage(name: str, stage: "Usd.Stage", sidecar: Sidecar) -> np.ndarray:
@@ -303,10 +162,7 @@ def _node(
 
     where = f"{name}: node {prim.GetPath()}"
     frame = world @ np.array(cache.GetLocalToWorldTransform(prim)).T
-    if not np.isfinite(frame).all():
-        raise InputError(where, "a place that is no number", "places and scales are finite")
-    if abs(np.linalg.det(frame[:3, :3])) < 1e-30:
-        raise InputError(where, "a scale of 0", "a scale above or below 0 along every axis")
+    check_frame(where, frame, "a scale of 0")
     said = {
         str(each.GetName()): _plain(each.Get())
         for each in prim.GetAttributes()
@@ -314,7 +170,7 @@ def _node(
     }
     mesh = None
     if prim.IsA(UsdGeom.Mesh):
-        mesh = moved(read_mesh(where, UsdGeom.Mesh(prim)), frame)
+        mesh = moved(_read_mesh(where, UsdGeom.Mesh(prim)), frame)
     return Node(prim.GetName(), parent, frame, mesh, node_settings(where, said))
 
 
@@ -326,10 +182,111 @@ def _plain(value: Any) -> Any:
         return value
 
 
-def _first(error: Any) -> str:
-    errors = error.args[0] if error.args else ()
-    return _line(errors.commentary if hasattr(errors, "commentary") else str(error))
-
-
 def _line(text: str) -> str:
     return " ".join(text.split())[:200]
+
+
+def _read_mesh(where: str, mesh: "UsdGeom.Mesh") -> Mesh:
+    """Read a mesh in its own frame; polygons become fans of triangles about their first corner.
+
+    Raises InputError that names the prim: ``where``.
+    """
+    points = np.array(mesh.GetPointsAttr().Get() or (), np.float64).reshape(-1, 3)
+    counts = np.array(mesh.GetFaceVertexCountsAttr().Get() or (), np.int64)
+    corners = np.array(mesh.GetFaceVertexIndicesAttr().Get() or (), np.int64)
+    if counts.sum() != len(corners):
+        rule = f"as many corners as its faces have, {int(counts.sum())}"
+        raise InputError(where, f"{len(corners)} corners", rule, "export it again")
+    if len(corners) and (corners.min() < 0 or corners.max() >= len(points)):
+        arrived = int(corners.max() if corners.max() >= len(points) else corners.min())
+        raise InputError(where, arrived, f"faces name vertices, 0 to {len(points) - 1}")
+    # Fans: rows of the corners of each triangle (t, 3).
+    triangles = np.maximum(counts - 2, 0)
+    face = np.repeat(np.arange(len(counts)), triangles)
+    start = (np.cumsum(counts) - counts)[face]
+    number = np.arange(len(face)) - np.repeat(np.cumsum(counts - 2) - (counts - 2), triangles)
+    fans = np.stack((start, start + number + 1, start + number + 2), axis=1)
+    if str(mesh.GetOrientationAttr().Get()) == "leftHanded":
+        fans = fans[:, ::-1]
+    # Every corner has a vertex of its own where colours or normals change from face to face.
+    shape = len(points), corners, counts
+    colours, uneven = _colours(where, mesh, *shape)
+    normals, bent = _per_corner(mesh.GetNormalsAttr().Get(), mesh.GetNormalsInterpolation(), *shape)
+    if not uneven and not bent:
+        return checked_mesh(where, points, corners[fans], colours, normals)
+    if not uneven:
+        colours = colours[corners]
+    if normals is not None and not bent:
+        normals = normals[corners]
+    return checked_mesh(where, points[corners], fans, colours, normals)
+
+
+def _per_corner(
+    values: Any, interpolation: Any, points: int, corners: np.ndarray, counts: np.ndarray
+) -> tuple[np.ndarray | None, bool]:
+    """Values by vertex, or by corner (the second result says so); None where there are none."""
+    if values is None or len(values) == 0:
+        return None, False
+    rows = np.array(values, np.float64).reshape(len(values), -1)
+    kind = str(interpolation)
+    if kind == "constant" or len(rows) == 1:
+        return np.repeat(rows[:1], points, axis=0), False
+    if kind in ("vertex", "varying") and len(rows) == points:
+        return rows, False
+    if kind == "faceVarying" and len(rows) == len(corners):
+        return rows, True
+    if kind == "uniform" and len(rows) == len(counts):
+        return np.repeat(rows, counts, axis=0), True
+    return None, False
+
+
+def _colours(
+    where: str, mesh: "UsdGeom.Mesh", points: int, corners: np.ndarray, counts: np.ndarray
+) -> tuple[np.ndarray, bool]:
+    """Linear albedo by vertex or by corner: of its material, or its displayColor."""
+    from pxr import UsdGeom, UsdShade
+
+    shape = points, corners, counts
+    material = UsdShade.MaterialBindingAPI(mesh.GetPrim()).ComputeBoundMaterial()[0]
+    found = _material_colour(where, material) if material else None
+    if isinstance(found, bytes):
+        st = UsdGeom.PrimvarsAPI(mesh.GetPrim()).GetPrimvar("st")
+        uv, uneven = None, False
+        if st:
+            uv, uneven = _per_corner(st.ComputeFlattened(), st.GetInterpolation(), *shape)
+        if uv is None:
+            raise InputError(where, "a texture", "texture coordinates primvars:st", "unwrap it")
+        return texture_colours(where, found, uv), uneven
+    if found is not None:
+        return np.tile(found, (points, 1)), False
+    shown = mesh.GetDisplayColorPrimvar()
+    colours, uneven = _per_corner(shown.ComputeFlattened(), shown.GetInterpolation(), *shape)
+    return (np.tile(GREY, (points, 1)), False) if colours is None else (colours, uneven)
+
+
+def _material_colour(where: str, material: Any) -> np.ndarray | bytes | None:
+    """Diffuse colour of a UsdPreviewSurface, or the bytes of its texture; None for no colour."""
+    from pxr import Ar, UsdShade
+
+    surface = material.ComputeSurfaceSource()[0]
+    if not surface or surface.GetIdAttr().Get() != "UsdPreviewSurface":
+        return None
+    opacity = surface.GetInput("opacity")
+    if opacity and (opacity.HasConnectedSource() or (opacity.Get() or 1.0) < 1.0):
+        rule, cure = "opaque materials alone", "model leaves as meshes, or take opacity out"
+        raise InputError(f"{where} material", "opacity", rule, cure)
+    diffuse = surface.GetInput("diffuseColor")
+    if not diffuse:
+        return None
+    for source in UsdShade.Utils.GetValueProducingAttributes(diffuse):
+        shader = UsdShade.Shader(source.GetPrim())
+        if shader.GetIdAttr().Get() != "UsdUVTexture":
+            return np.array(source.Get(), np.float64)
+        asset = shader.GetInput("file").Get()
+        opened = Ar.GetResolver().OpenAsset(Ar.ResolvedPath(asset.resolvedPath)) if asset else None
+        if opened is None:
+            arrived = asset.path if asset else "no file"
+            rule = "a picture that is there"
+            raise InputError(f"{where} texture", arrived, rule, "copy it there")
+        return bytes(opened.GetBuffer())
+    return None

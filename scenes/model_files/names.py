@@ -1,13 +1,9 @@
-"""The names of the models that a user has brought, and where they lie; nothing is read here.
-
-Those kept lie in the user's data folder, in the form of ``scenes.imported.library``: they need
-neither the file they came from nor a library that reads it.
-
-The names of models: what a preset may say that an object is.
+"""The names of models: what a preset may say that an object is, and where the user's models lie.
 
 Animals and species of trees are found by listing the folders of their files, so that a preset may
-use a new one at once. Presets are checked by these names before any model is built, so nothing is
-built here.
+use a new one at once. Models that the user has added lie in the user's data folder, in the form of
+``scenes.imported.library``: they need neither the file they came from nor a library that reads it.
+Presets are checked by these names before any model is built, so nothing is built or read here.
 """
 
 import re
@@ -54,15 +50,19 @@ BUILT_IN = ("figure", "boulder", "sward")
 
 @cache
 def animal_names() -> tuple[str, ...]:
-    """Names of the animals, one for each TOML file in their folder, in alphabetical order."""
-    return _listed("scenes.figures", "animals")
+    """List the animals, one for each TOML file in their folder, in alphabetical order."""
+    return _toml_names("scenes.figures", "animals")
 
 
 @cache
 def tree_species_names() -> tuple[str, ...]:
-    """Names of the species of trees, one for each TOML file in their folder, in alphabetical
-    order."""
-    return _listed("scenes.trees", "species")
+    """List the species of trees, one for each TOML file in their folder, in alphabetical order."""
+    return _toml_names("scenes.trees", "species")
+
+
+def _toml_names(package: str, folder: str) -> tuple[str, ...]:
+    files = (each.name for each in (resources.files(package) / folder).iterdir())
+    return tuple(sorted(name.removesuffix(".toml") for name in files if name.endswith(".toml")))
 
 
 def built_in_names() -> tuple[str, ...]:
@@ -74,9 +74,3 @@ def model_names() -> tuple[str, ...]:
     """Names of all models, those that the user has added last."""
     ours = built_in_names()
     return (*ours, *(name for name in user_model_names() if name not in ours))
-
-
-def _listed(package: str, folder: str) -> tuple[str, ...]:
-    """Names of the TOML files in a folder of a package."""
-    files = (each.name for each in (resources.files(package) / folder).iterdir())
-    return tuple(sorted(name.removesuffix(".toml") for name in files if name.endswith(".toml")))

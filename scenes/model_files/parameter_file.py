@@ -6,7 +6,7 @@ Its fields are the keys of the file: their annotations say type and range.
 import difflib
 import json
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from importlib.resources.abc import Traversable
 from typing import Any, TypeVar
 
@@ -56,10 +56,7 @@ def _explain(error: ValidationError, file: str) -> InputError:
         rule, cure = "no such key", f"did you mean {near[0]}?" if near else "take it out"
     elif first["type"] == "missing":
         arrived, rule, cure = "missing", "a required key", "copy it from another file"
-    return InputError(f"{file}: {_dotted(first['loc'])}", arrived, rule, cure)
-
-
-def _dotted(location: Sequence[int | str]) -> str:
-    """('levels', 0, 'length') → ``levels[0].length``; the whole file has no key."""
-    steps = [f"[{step}]" if isinstance(step, int) else f".{step}" for step in location]
-    return "".join(steps).lstrip(".") or "the file"
+    # ('levels', 0, 'length') → levels[0].length; the whole file has no key.
+    steps = [f"[{step}]" if isinstance(step, int) else f".{step}" for step in first["loc"]]
+    key = "".join(steps).lstrip(".") or "the file"
+    return InputError(f"{file}: {key}", arrived, rule, cure)

@@ -17,43 +17,32 @@ from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.sticks.prototype import Prototype
 from scenes.trees.species import CALM_SUMMER, Weather
 
-WeatherlessModel = Callable[[int, int], tuple[Prototype | RiggedPrototype, ...]]
-Model = Callable[[int, int, Weather], tuple[Prototype | RiggedPrototype, ...]]
+Prototypes = tuple[Prototype | RiggedPrototype, ...]
+Model = Callable[[int, int, Weather], Prototypes]
+"""What makes so many prototypes from a seed and a count, for a weather."""
 
 
-def people(seed: int, count: int) -> tuple[RiggedPrototype, ...]:
+def people(seed: int, count: int, _: Weather = CALM_SUMMER) -> tuple[RiggedPrototype, ...]:
     """Make adults and children, each with a walk of their own."""
     from scenes.figures.person import people_at_rest, walking_people
 
     return walking_people(people_at_rest(seed, count), seed)
 
 
-def animal_model(name: str) -> WeatherlessModel:
-    """Return the model of a kind of animal, which comes in one build."""
+def _boulders(seed: int, count: int, _: Weather) -> Prototypes:
+    from scenes.models.stone import boulder_prototypes
 
-    def build(seed: int, count: int) -> tuple[RiggedPrototype, ...]:
-        from scenes.figures.animal_file import animal
-
-        if count != 1:
-            raise InputError(
-                f"{name}: prototypes", count, "animals come in one build", "set it to 1"
-            )
-        return (animal(name),)
-
-    return build
+    return boulder_prototypes(seed, count)
 
 
-def in_any_weather(build: WeatherlessModel) -> Model:
-    """Return the model of an object that looks the same in every season and wind."""
-    return lambda seed, count, _: build(seed, count)
+def _sward(seed: int, count: int, weather: Weather) -> Prototypes:
+    from scenes.grass.sward import swards
+
+    return swards(seed, count, weather)
 
 
-def tree_model(name: str) -> Model:
-    """Return the model of a species of tree, in each season, still or swaying in the wind."""
-
-    def build(
-        seed: int, count: int, weather: Weather
-    ) -> tuple[Prototype, ...] | tuple[RiggedPrototype, ...]:
+def _tree(name: str) -> Model:
+    def build(seed: int, count: int, weather: Weather) -> Prototypes:
         from scenes.trees.species import tree_species
         from scenes.trees.tree import swaying_trees, tree_prototypes
 
@@ -65,41 +54,38 @@ def tree_model(name: str) -> Model:
     return build
 
 
-def boulders(seed: int, count: int) -> tuple[Prototype, ...]:
-    """Make boulders of several shapes."""
-    from scenes.models.stone import boulder_prototypes
+def _animal(name: str) -> Model:
+    def build(seed: int, count: int, _: Weather) -> Prototypes:
+        from scenes.figures.animal_file import animal
 
-    return boulder_prototypes(seed, count)
+        _refuse_several(name, count, "animals")
+        return (animal(name),)
 
-
-def sward(seed: int, count: int, weather: Weather) -> tuple[Prototype | RiggedPrototype, ...]:
-    """Make tufts of grass, green or dry by season, still or moving in the wind."""
-    from scenes.grass.sward import swards
-
-    return swards(seed, count, weather)
+    return build
 
 
-def imported_model(name: str, sha256: str) -> Model:
-    """Return the imported model of that hash, which comes in one build."""
-
-    def build(seed: int, count: int) -> tuple[RiggedPrototype, ...]:
-        if count != 1:
-            rule, cure = "imported models come in one build", "set it to 1"
-            raise InputError(f"{name}: prototypes", count, rule, cure)
+def _imported(name: str, sha256: str) -> Model:
+    def build(seed: int, count: int, _: Weather) -> Prototypes:
         from scenes.imported.imported_prototype import imported_prototype
         from scenes.imported.library import model_by_digest
 
+        _refuse_several(name, count, "imported models")
         return (imported_prototype(name, model_by_digest("model", name, sha256)),)
 
-    return in_any_weather(build)
+    return build
+
+
+def _refuse_several(name: str, count: int, kind: str) -> None:
+    if count != 1:
+        raise InputError(f"{name}: prototypes", count, f"{kind} come in one build", "set it to 1")
 
 
 MODELS: dict[str, Model] = {
-    "figure": in_any_weather(people),
-    **{name: tree_model(name) for name in tree_species_names()},
-    "boulder": in_any_weather(boulders),
-    "sward": sward,
-    **{name: in_any_weather(animal_model(name)) for name in animal_names()},
+    "figure": people,
+    **{name: _tree(name) for name in tree_species_names()},
+    "boulder": _boulders,
+    "sward": _sward,
+    **{name: _animal(name) for name in animal_names()},
 }
 
 
@@ -109,13 +95,8 @@ def at_rest(prototype: RiggedPrototype) -> RiggedPrototype:
 
     if prototype.motion.stride == 0:
         return prototype
-    return prototype.with_motion(
-        replace(
-            rest_motion(prototype.rig),
-            feet=rest_feet(prototype),
-            tilts=prototype.motion.tilts,
-        )
-    )
+    still, tilts = rest_motion(prototype.rig), prototype.motion.tilts
+    return prototype.with_motion(replace(still, feet=rest_feet(prototype), tilts=tilts))
 
 
 PROTOTYPE_SEED = 0
@@ -132,16 +113,16 @@ def model_prototypes(
     weather: Weather = CALM_SUMMER,
     sha256: str | None = None,
     seed: int = PROTOTYPE_SEED,
-) -> tuple[Prototype | RiggedPrototype, ...]:
+) -> Prototypes:
     """Make every prototype of a model in every size, walking or standing; kept for later runs.
 
     sha256: hash of an imported model; None for those that come with the program
     seed: every seed gives other individuals of the model; an imported one has none
     """
 
-    def make() -> tuple[Prototype | RiggedPrototype, ...]:
+    def make() -> Prototypes:
         tell()
-        build = MODELS[model] if sha256 is None else imported_model(model, sha256)
+        build = MODELS[model] if sha256 is None else _imported(model, sha256)
         made = build(seed, count, weather)
         if not walks:
             made = tuple(at_rest(p) if isinstance(p, RiggedPrototype) else p for p in made)

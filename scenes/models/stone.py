@@ -1,26 +1,22 @@
-"""How any solid becomes an octree of parts: each cell is a ball for the matter in it (§1.3).
+"""Things of stone: boulders, which are octrees of parts, and a fluted column.
 
-After D. Meagher, "Geometric modeling using octree encoding", Computer Graphics and Image Processing
-19 (1982), p. 129: a cube that holds the solid is halved along each axis again and again, empty
-cells are left out, and so is what lies wholly inside, hidden by what lies about it: of the finest
-cells those that the surface crosses are kept, of coarser ones also their full neighbours, or light
-would fall through beside slivers. Level k has cells of side 2^-k of the cube.
+How any solid becomes an octree, in which each cell is a ball for the matter in it (§1.3), is after
+D. Meagher, "Geometric modeling using octree encoding", Computer Graphics and Image Processing 19
+(1982), p. 129: a cube that holds the solid is halved along each axis again and again, empty cells
+are left out, and so is what lies wholly inside, hidden by what lies about it: of the finest cells
+those that the surface crosses are kept, of coarser ones also their full neighbours, or light would
+fall through beside slivers. Level k has cells of side 2^-k of the cube. A cell's leaf appearance is
+a ball about the middle of its matter, the larger the more of it there is; how thick and how bright
+the balls of a level are is fitted (``scenes.appearance``). The finest are larger than their cells
+and sunk to the surface, so that it is rough and not beaded. An inner cell has no looks of its own.
 
-A cell's leaf appearance is a ball about the middle of its matter, the larger the more of it there
-is; how thick and how bright the balls of a level are is fitted (``scenes.appearance``). The
-finest are larger than their cells and sunk to the surface, so that it is rough and not beaded. An
-inner cell has no looks of its own.
+The shape of a boulder is an ellipsoid cut by random planes (the faces along which rock breaks), its
+edges rounded and its surface roughened by noise of every size. Sizes are of the preset's choosing;
+here the block is about a metre and a half across, half sunk into the ground.
 
-How boulders are made: octrees of broken, weathered stone, half sunk into the ground.
-
-The shape is an ellipsoid cut by random planes (the faces along which rock breaks), its edges
-rounded and its surface roughened by noise of every size. Sizes are of the preset's choosing; here
-the block is about a metre and a half across.
-
-How a fluted column is made: base, shaft and capital, each with finer parts of its own.
-
-Level 0 is the whole column, one stick; 1 base, shaft and capital; 2 the rings of the base, the
-flutes, the leaves of the capital; 3 the curls of the leaves. Sizes in metres, for a column of 6 m.
+The column, 6 m high, has base, shaft and capital, each with finer parts of its own. Level 0 is the
+whole column, one stick; 1 base, shaft and capital; 2 the rings of the base, the flutes, the leaves
+of the capital; 3 the curls of the leaves.
 """
 
 from dataclasses import dataclass, replace
@@ -219,19 +215,12 @@ def boulder_solid(seed: int, k: int, depth: int = DEPTH) -> Solid:
     outside = outside + 0.09 * _noise(rng, s, 2, 2.6)
     tone, growth = _noise(rng, s, 4, 1.8), _noise(rng, s, 3, 2.0)
     corner = SIDE_M * np.array((-0.5, -0.5, -0.43))
-    return Solid(outside < 0, _albedo(tone, growth, xyz[..., 2]), corner, SIDE_M)
-
-
-def _albedo(
-    tone: Float64[np.ndarray, "s s s"],
-    growth: Float64[np.ndarray, "s s s"],
-    height: Float64[np.ndarray, "s s s"],
-) -> Float64[np.ndarray, "s s s 3"]:
-    """Stone of uneven tone; lichen in patches, more of it above."""
+    # Stone of uneven tone; lichen in patches, more of it above.
     row = np.clip(np.rint(3 + 2.2 * tone), 0, len(STONE) - 1).astype(np.int64)
-    patch = growth + 0.5 * height
-    lichen = np.where(tone > 0, 0, 1)[..., None]
-    return np.where((patch > 1.25)[..., None], LICHEN[lichen[..., 0]], STONE[row])
+    patch = growth + 0.5 * xyz[..., 2]
+    lichen = LICHEN[np.where(tone > 0, 0, 1)]
+    albedo = np.where((patch > 1.25)[..., None], lichen, STONE[row])
+    return Solid(outside < 0, albedo, corner, SIDE_M)
 
 
 def _rounded_max(
@@ -255,9 +244,8 @@ def _noise(
     x, y, z = np.meshgrid(*frequency, indexing="ij")
     f = np.sqrt(x * x + y * y + z * z)
     weight = np.where(f > 0, (f + coarsest) ** -fall, 0.0)
-    values = np.fft.irfftn(
-        weight * np.fft.rfftn(rng.normal(size=(n, n, n))), s=(n, n, n), axes=(0, 1, 2)
-    )
+    spectrum = weight * np.fft.rfftn(rng.normal(size=(n, n, n)))
+    values = np.fft.irfftn(spectrum, s=(n, n, n), axes=(0, 1, 2))
     return zoom(values / values.std(), 2, order=1, mode="nearest")
 
 
@@ -294,11 +282,13 @@ def column() -> Prototype:
             at = _ring_point(k + (c - 1) / 3, LEAVES, 0.56, 5.78)
             end = _ring_point(k + (c - 1) / 3, LEAVES, 0.6, 5.7)
             rows.append((len(rows) - c - 1, 3, at, [], [(*at, *end, 0.03, c % 2)]))
-    return _assemble(rows)
+    whole, level, origin, inners, leaves = zip(*rows, strict=True)
+    columns = np.array(whole, np.int64), np.array(level, np.int64), np.array(origin, np.float64)
+    places = PartPlaces(*columns)
+    return assemble_prototype("column", places, _table(inners), _table(leaves), _TINTS)
 
 
 def _axis_stick(low: float, high: float, radius: float, tint: int) -> Stick:
-    """A stick on the column's axis."""
     return (0.0, 0.0, low, 0.0, 0.0, high, radius, tint)
 
 
@@ -308,17 +298,9 @@ def _ring_point(k: float, count: int, radius: float, z: float) -> tuple[float, f
     return float(radius * np.cos(turn)), float(radius * np.sin(turn)), z
 
 
-def _assemble(rows: list[Row]) -> Prototype:
-    whole, level, origin, inner, leaf = zip(*rows, strict=True)
-    columns = np.array(whole, np.int64), np.array(level, np.int64), np.array(origin, np.float64)
-    places = PartPlaces(*columns)
-    return assemble_prototype("column", places, _table(inner), _table(leaf), _TINTS)
-
-
 def _table(looks: tuple[list[Stick], ...]) -> StickTable:
     owner = np.repeat(np.arange(len(looks)), [len(look) for look in looks])
     sticks = np.array([stick for look in looks for stick in look], np.float64).reshape(-1, 8)
     start, end, radius, tint = sticks[:, :3], sticks[:, 3:6], sticks[:, 6], sticks[:, 7]
-    return StickTable.of(
-        len(looks), owner, start, end, radius, radius.copy(), tint.astype(np.int64)
-    )
+    columns = start, end, radius, radius.copy(), tint.astype(np.int64)
+    return StickTable.of(len(looks), owner, *columns)

@@ -1,49 +1,45 @@
-"""Claims of processes on a folder: who works there, known to all, and gone with whoever made them.
+"""Ownership of a folder by processes of one kind, which ends with the process that has it.
 
-A claim is a file of its own in FOLDER/.lodbench, so nobody ever writes into that of another. It is
-locked while its process lives, and its text changes every BEAT_S. As in Lamport's bakery (1974)
-whoever makes one first shows that it chooses a ticket, then takes a higher one than all that it
-sees, and gives way to lower tickets: by waiting, or by being refused. The ticket is in the file's
-name, which changes at once for all.
+Whoever wants a folder makes a file of its own in FOLDER/.lodbench, and only then looks at those of
+others: of two that come at once at least one sees the other. Whoever sees an owner of another group
+withdraws its file, and after a while of trying is refused. So no two groups are ever inside at
+once, without any order among them.
 
-A lock that is refused proves life, on any file system. One that is granted proves death only where
-the claim was made by this system through this mount: there are file systems without locks (9p,
-FUSE), and some that grant each machine its own (sshfs). Elsewhere a claim is dead when its text has
-not changed for SILENCE_S, by the clock of whoever watches it, whatever the clocks of others say.
+The file is locked while its process lives, and its text changes every BEAT_S. A lock that is
+refused proves life, on any file system. One that is granted proves death only where the file was
+made by this system through this mount: there are file systems without locks (9p, FUSE), and some
+that grant each machine its own (sshfs). Elsewhere an owner is dead when its text has not changed
+for SILENCE_S, by the clock of whoever watches it, whatever the clocks of others say.
 """
 
 import contextlib
 import fcntl
-import itertools
 import json
 import os
-import re
+import random
 import socket
 import threading
 import time
 import uuid
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any, NamedTuple
 
 NAME = ".lodbench"
 BEAT_S = 5.0
 SILENCE_S = 30.0
 _LOOK_S = 0.1
-_PAUSE_S = 0.02
-_PATIENCE_S = 1.0  # for claims that are themselves being refused
-_CHOOSING = ".choosing."
-_DIGITS = 12
-_TICKET = re.compile(rf"\d{{{_DIGITS}}}\.")
+_PATIENCE_S = 1.0
+"""For owners that are themselves about to withdraw."""
+
 _BYTES = 640
 """Every text is as long, so that no reader sees half of a longer one."""
 
 
-@dataclass(frozen=True)
-class Holder:
-    """Who made a claim.
+class Owner(NamedTuple):
+    """Who owns a folder.
 
-    group   what the claims of others must share, to stand beside it
+    group   what other owners must share, to stand beside it
     system  this start of the machine, and ``mount`` the file system's number on it
     """
 
@@ -54,87 +50,56 @@ class Holder:
     mount: int
 
 
-class Claimed(Exception):
-    """Another process holds the folder; ``holder`` says which."""
+class Owned(Exception):
+    """Another process owns the folder; ``owner`` says which."""
 
-    def __init__(self, holder: Holder) -> None:
-        super().__init__(f"process {holder.process} on {holder.host}")
-        self.holder = holder
+    def __init__(self, owner: Owner) -> None:
+        super().__init__(f"process {owner.process} on {owner.host}")
+        self.owner = owner
 
 
 @contextlib.contextmanager
-def claim(folder: Path, what: str, group: str = "", wait: bool = False) -> Iterator[None]:
-    """Hold a folder for some purpose, together with claims for it of the same group alone.
+def ownership(folder: Path, group: str) -> Iterator[None]:
+    """Own a folder, together with processes of the same group alone.
 
-    Without a group it is held alone. Where another group's claim stands, raises Claimed, or waits
-    until that is gone. Raises OSError where the folder cannot be written to.
+    Raises Owned where another group owns it, and OSError where the folder cannot be written to.
     """
-    group = group or uuid.uuid4().hex
-    with _made(folder, what, group) as mine, mine.beating():
-        since = time.monotonic()
-        while (path := _first_before(mine, what, group)) is not None:
-            holder = _alive(path)
-            if holder is not None and not wait and time.monotonic() - since > _PATIENCE_S:
-                raise Claimed(holder)
-            time.sleep(_PAUSE_S)
-        yield
-
-
-class _Claim:
-    """An open claim of this process."""
-
-    def __init__(self, path: Path, handle: int, holder: Holder) -> None:
-        self.path, self._handle, self._holder = path, handle, holder
-        self._beats = itertools.count()
-        self.beat()
-
-    def beat(self) -> None:
-        """Write the text anew: the same with another number."""
-        text = json.dumps({**asdict(self._holder), "beat": next(self._beats)})
-        os.pwrite(self._handle, text.encode().ljust(_BYTES), 0)
-
-    @contextlib.contextmanager
-    def beating(self) -> Iterator[None]:
-        """Beat until the end of the context, whatever the process does meanwhile."""
-        ended = threading.Event()
-
-        def beat() -> None:
-            while not ended.wait(BEAT_S):
-                with contextlib.suppress(OSError):
-                    self.beat()
-                    os.fsync(self._handle)  # or other machines would not see it
-
-        thread = threading.Thread(target=beat, daemon=True, name="lodbench-claim")
-        thread.start()
-        try:
-            yield
-        finally:
-            ended.set()
-            thread.join()
+    since = time.monotonic()
+    while True:
+        with _made(folder, group) as (mine, beating):
+            other = next(_others(mine, group), None)
+            if other is None:
+                with beating:
+                    yield
+                return
+        if time.monotonic() - since > _PATIENCE_S and (owner := _alive(other)):
+            raise Owned(owner)
+        time.sleep(random.uniform(0.01, 0.1))  # so that of two that came at once one is alone
 
 
 @contextlib.contextmanager
-def _made(folder: Path, what: str, group: str) -> Iterator[_Claim]:
-    """Make a claim, which nobody sees before it is locked; it is gone after the context."""
-    name, path = uuid.uuid4().hex, folder / NAME
-    temporary, choosing = path / f"{name}.new", path / f"{name}{_CHOOSING}{what}"
-    handle, made = _create(temporary), None
+def _made(
+    folder: Path, group: str
+) -> Iterator[tuple[Path, contextlib.AbstractContextManager[None]]]:
+    """Make this process's file, whose name nobody sees before it is locked and has its text."""
+    path = folder / NAME / f"{uuid.uuid4().hex}.owner"
+    temporary = path.with_suffix(".new")
+    handle = _create(temporary)
     try:
         _lock(handle)
-        host, mount = socket.gethostname()[:200], os.fstat(handle).st_dev
-        made = _Claim(choosing, handle, Holder(group, host, os.getpid(), _system(), mount))
-        os.rename(temporary, choosing)
-        made.path = path / f"{_next_ticket(path):0{_DIGITS}d}.{name}.{what}"
-        os.rename(choosing, made.path)
-        yield made
+        mount = os.fstat(handle).st_dev
+        owner = Owner(group, socket.gethostname()[:200], os.getpid(), _system(), mount)
+        _write(handle, owner, 0)
+        os.rename(temporary, path)
+        yield path, _beating(handle, owner)
     finally:
-        for each in (temporary, choosing, *([made.path] if made else [])):
+        for each in (temporary, path):
             with contextlib.suppress(OSError):
                 each.unlink()
         with contextlib.suppress(OSError):
             os.close(handle)
         with contextlib.suppress(OSError):
-            path.rmdir()  # which only succeeds if it is empty
+            path.parent.rmdir()  # which only succeeds if it is empty
 
 
 def _create(path: Path) -> int:
@@ -145,48 +110,63 @@ def _create(path: Path) -> int:
             return os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666)
 
 
-def _first_before(mine: _Claim, what: str, group: str) -> Path | None:
-    """Find the first claim of another group that this one gives way to, if there is any.
+def _write(handle: int, owner: Owner, beat: int) -> None:
+    text = json.dumps({**owner._asdict(), "beat": beat})
+    os.pwrite(handle, text.encode().ljust(_BYTES), 0)
 
-    What is left of dead processes is removed on the way.
-    """
-    for name in _listed(mine.path.parent):
-        path = mine.path.with_name(name)
-        if name.endswith(".new"):
-            _remove_unfinished(path)
-        before = _CHOOSING in name or name < mine.path.name
-        if path != mine.path and name.endswith(f".{what}") and before:
+
+@contextlib.contextmanager
+def _beating(handle: int, owner: Owner) -> Iterator[None]:
+    """Change the text now and then until the end of the context, whatever the process does."""
+    ended = threading.Event()
+
+    def beat() -> None:
+        count = 0
+        while not ended.wait(BEAT_S):
+            count += 1
+            with contextlib.suppress(OSError):
+                _write(handle, owner, count)
+                os.fsync(handle)  # or other machines would not see it
+
+    thread = threading.Thread(target=beat, daemon=True, name="lodbench-owner")
+    thread.start()
+    try:
+        yield
+    finally:
+        ended.set()
+        thread.join()
+
+
+def _others(mine: Path, group: str) -> Iterator[Path]:
+    """Find the files of other groups; those of the dead are removed on the way."""
+    for path in _listed(mine.parent):
+        if path.suffix == ".new":  # its maker is at it, or died
+            with contextlib.suppress(FileNotFoundError):
+                if time.time() - path.stat().st_mtime > SILENCE_S and not _is_locked(path):
+                    path.unlink()
+        elif path != mine:
             found = _read(path)
-            if found is not None and found[1].group != group:
-                return path
-            if found is not None:
-                _is_proven_dead(path, found[1])
-    return None
+            if found and not _is_proven_dead(path, found[1]) and found[1].group != group:
+                yield path
 
 
-def _listed(folder: Path) -> list[str]:
+def _listed(folder: Path) -> list[Path]:
     """List a folder as it is now: a change to it makes network file systems look again."""
     probe = folder / f"{uuid.uuid4().hex}.new"
     os.close(os.open(probe, os.O_CREAT | os.O_EXCL))
     probe.unlink()
-    return sorted(os.listdir(folder))
+    return sorted(folder.iterdir())
 
 
-def _next_ticket(folder: Path) -> int:
-    return 1 + max(
-        (int(name[:_DIGITS]) for name in _listed(folder) if _TICKET.match(name)), default=0
-    )
-
-
-def _alive(path: Path) -> Holder | None:
-    """Give the holder of a claim that shows life, if need be after watching it; None of others."""
+def _alive(path: Path) -> Owner | None:
+    """Give an owner that shows life, if need be after watching it; None of others."""
     first, start = _read(path), time.monotonic()
-    while first is not None and not _is_proven_dead(path, first[1]):
+    while first and not _is_proven_dead(path, first[1]):
         if _is_locked(path):
             return first[1]
         time.sleep(_LOOK_S)
         now = _read(path)
-        if now is not None and now[0] != first[0]:
+        if now and now[0] != first[0]:
             return now[1]
         if now is None or time.monotonic() - start > SILENCE_S:
             path.unlink(missing_ok=True)
@@ -194,39 +174,32 @@ def _alive(path: Path) -> Holder | None:
     return None
 
 
-def _read(path: Path) -> tuple[bytes, Holder] | None:
-    """Read a claim's text and holder; None where it is gone, or its writer died before a word."""
+def _read(path: Path) -> tuple[bytes, Owner] | None:
+    """Read a file's text and owner; None where it is gone, or its writer died before a word."""
     try:
         text = path.read_bytes()
-        data = json.loads(text)
+        data: dict[str, Any] = json.loads(text)
         del data["beat"]
-        return text, Holder(**data)
+        return text, Owner(**data)
     except FileNotFoundError:
         return None
     except (ValueError, TypeError, KeyError):
-        return b"", Holder("", "unknown", 0, "", 0)
+        return b"", Owner("", "unknown", 0, "", 0)
 
 
-def _is_proven_dead(path: Path, holder: Holder) -> bool:
-    """Say whether a claim's process is dead for sure, or gone, and remove its claim."""
+def _is_proven_dead(path: Path, owner: Owner) -> bool:
+    """Say whether an owner is dead for sure, or gone, and remove its file."""
     try:
         handle = os.open(path, os.O_RDWR)
     except FileNotFoundError:
         return True
     try:
-        here = (_system(), os.fstat(handle).st_dev) == (holder.system, holder.mount)
+        here = (_system(), os.fstat(handle).st_dev) == (owner.system, owner.mount)
         if dead := here and _lock(handle) is True:
             path.unlink(missing_ok=True)
         return dead
     finally:
         os.close(handle)
-
-
-def _remove_unfinished(path: Path) -> None:
-    """Remove what a process left that died while it made a claim."""
-    with contextlib.suppress(FileNotFoundError):
-        if time.time() - path.stat().st_mtime > SILENCE_S and not _is_locked(path):
-            path.unlink()
 
 
 def _is_locked(path: Path) -> bool:

@@ -1,4 +1,4 @@
-"""The pose track of a sequence: a file beside its manifest, made once, from which frames replay."""
+"""The pose track of a sequence: a file beside its frames, made once, from which frames replay."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -18,7 +18,8 @@ from scenes.presets.load import has_acting
 from scenes.presets.schema import Preset
 from scenes.render.exr.header import software
 from scenes.render.exr.sequence import settings_hash
-from scenes.render.memory import check_acting
+from scenes.render.memory import preflight
+from scenes.scene import Scene
 from scenes.world.cast import make_cast
 from scenes.world.world import make_terrain
 
@@ -46,21 +47,13 @@ def prepare_track(preset: Preset, folder: str | Path) -> str | None:
 def check_acted(preset: Preset, frames: Sequence[int], most_bytes: int | None = None) -> None:
     """Raise InputError for a frame in which the actors of a preset do not act.
 
-    And where their track is foretold to need more memory than it may (``check_track``).
+    And where all that they do is estimated to need more memory than it may (``preflight``).
     """
     most = preset.acting.frames
     if has_acting(preset) and max(frames) > most:
         rule = f"the actors act in frames 1 to {most}"
         raise InputError("--frames", max(frames), rule, f"add -D acting.frames={max(frames)}")
-    check_track(preset, most_bytes)
-
-
-def check_track(preset: Preset, most_bytes: int | None = None) -> None:
-    """Raise InputError where all that actors do is foretold to need more than it may.
-
-    It is asked before they act, or a track is read (``check_acting``).
-    """
-    check_acting(preset, most_bytes, preset.acting.frames + 1)
+    preflight(Scene(preset), (), most_bytes, acted=most + 1)
 
 
 def track_path(preset: Preset, folder: Path) -> Path:

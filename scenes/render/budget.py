@@ -13,14 +13,8 @@ from lod.pruner import prune
 from lod.view import View
 from scenes.field.forecast import forecast_field
 from scenes.presets.schema import Preset
-from scenes.render.memory import (
-    MemoryLimit,
-    check_prototypes,
-    memory_limit,
-    parts_bytes,
-    predicted_bytes,
-    size_text,
-)
+from scenes.processes.memory import MemoryLimit, memory_limit, size_text
+from scenes.render.memory import parts_bytes, predicted_bytes, preflight
 from scenes.render.variants import choose
 from scenes.scene import Scene
 from scenes.world.world import World
@@ -29,7 +23,7 @@ Need = Callable[[int, float], int]
 """What a frame needs at a detail [px], of what there is a budget of; it never grows with it."""
 
 _FAR_OVER = 2.0
-"""Over this many times its budget a frame is not pruned: what is foretold of it will do."""
+"""Over this many times its budget a frame is not pruned: what is estimated of it will do."""
 
 _STEPS = 12
 """Halvings, on a logarithmic scale, of the details between which the finest ground is sought."""
@@ -54,8 +48,8 @@ def within_budget(
     view = preset.view
     if view.max_parts is None and view.max_memory is None:
         return preset
-    check_prototypes(preset, most_bytes)
     scene, details = Scene(preset), []
+    preflight(scene, (), most_bytes)
     if view.max_parts is not None:
         details.append(_fitting_parts(scene, frames, most_bytes, note))
     if view.max_memory is not None:

@@ -4,12 +4,13 @@ import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
 from scenes.frame.layers import Layers
-from scenes.render.acting_track import check_track, replayed
+from scenes.processes.memory import peak_rss_bytes
+from scenes.render.acting_track import replayed
 from scenes.render.description import describe_frame
 from scenes.render.exr.header import (
     Record,
@@ -19,7 +20,7 @@ from scenes.render.exr.header import (
     preset_from_settings,
 )
 from scenes.render.exr.layers import with_mattes, write_exr
-from scenes.render.memory import Foresight, check_memory, check_prototypes, peak_rss_bytes
+from scenes.render.memory import preflight
 from scenes.render.object_keys import identities_in
 from scenes.render.render import render_frame
 from scenes.scene import Scene
@@ -42,31 +43,32 @@ class FrameSession:
         self.settings = settings
         self._preset = preset_from_settings(settings)
         self._folder: Path | None = None
-
-    @cached_property
-    def _foresight(self) -> Foresight:
-        return Foresight(self._scene, self._preset.render.variant)
+        self._estimated: set[int] = set()
 
     @cached_property
     def _scene(self) -> Scene:
         track = self.settings.get("track")
         if track is None or self._folder is None:
             return Scene(self._preset)
-        return Scene(self._preset, replayed(self._preset, track, self._folder))
+        return Scene(self._preset, partial(replayed, self._preset, track, self._folder))
 
-    def foretell(
+    def preflight(
         self, frames: Sequence[int], folder: str | Path, most_bytes: int | None = None
     ) -> Record:
-        """Foretell the memory of frames whose files will lie in ``folder``; the record is empty.
+        """Estimate the memory of frames whose files will lie in ``folder``; the record is empty.
 
-        Raises InputError for the first that is foretold to need more than ``most_bytes`` allow.
+        Raises InputError for the first that is estimated to need more than ``most_bytes`` allow.
         """
         self._folder = Path(folder)
-        check_prototypes(self._preset, most_bytes)
-        check_track(self._preset, most_bytes)
-        for frame in frames:
-            self._foresight.check(frame, most_bytes)
+        self._preflight(frames, most_bytes)
         return {}
+
+    def _preflight(self, frames: Sequence[int], most_bytes: int | None) -> None:
+        preset, new = self._preset, [each for each in frames if each not in self._estimated]
+        if new:
+            acted = preset.acting.frames + 1
+            preflight(self._scene, new, most_bytes, preset.render.variant, acted)
+            self._estimated.update(new)
 
     def render(
         self,
@@ -104,13 +106,10 @@ class FrameSession:
         (``memory_limit``).
         """
         preset, start = self._preset, time.perf_counter()
-        check_prototypes(preset, most_bytes)
-        check_track(preset, most_bytes)
+        self._preflight((frame,), most_bytes)
         scene, world = self._scene, self._scene.world
         seconds = {"world": time.perf_counter() - start}
-        self._foresight.check(frame, most_bytes)
         frame_input = scene.input(frame, preset.render.variant)
-        check_memory(frame_input, most_bytes, f"frame {frame}")
         seconds |= frame_input.seconds
         description, cuts = None, [each.cut for each in frame_input.displayed]
         found = list(identities_in(world, cuts)) if preset.output.cryptomatte else []

@@ -40,7 +40,6 @@ from lod.errors import InputError
 from scenes.files import whole_file
 from scenes.frame.layers import Layers
 from scenes.render.exr.header import software
-from scenes.render.exr.layers import read_exr
 
 KEY = 0.18
 """Where the exposure puts the log-average luminance (Reinhard et al. 2002, equations 1 and 2)."""
@@ -189,12 +188,14 @@ _GAP, _PAPER_contact_sheet, _INK_contact_sheet = 6, (24, 24, 26), (220, 220, 220
 
 def preview(path: str | Path, out_png: str | Path, look: PictureStyle = DEFAULT_STYLE) -> Path:
     """Write one frame as a PNG, exposed for itself."""
+    from scenes.render.exr.layers import read_exr
+
     layers = read_exr(path)[0]
     picture = preview_pixels(layers, look, look.exposure_of(layers.rgb))
     return save_picture(Image.fromarray(picture), out_png)
 
 
-def contact_sheet(
+def write_contact_sheet(
     paths: Sequence[str | Path],
     out_png: str | Path,
     columns: int | None = None,
@@ -206,6 +207,8 @@ def contact_sheet(
         raise InputError("contact sheet", [], "at least one frame")
     if width < 16:
         raise InputError("contact sheet width", width, "at least 16 pixels a frame")
+    from scenes.render.exr.layers import read_exr
+
     tiles, exposure = [], 0.0
     for path in paths:
         layers = read_exr(path)[0]
@@ -261,7 +264,7 @@ def save_picture(picture: Image.Image, path: str | Path, optimize: bool = False)
     return Path(path)
 
 
-def movie(
+def write_movie(
     paths: Sequence[str | Path], out_mp4: str | Path, fps: float, look: PictureStyle = DEFAULT_STYLE
 ) -> Path | None:
     """Write frames as H.264, all exposed for the first; None where there is no ffmpeg.
@@ -294,6 +297,8 @@ def ffmpeg_path() -> str | None:
 
 def _pictures(paths: Sequence[str | Path], look: PictureStyle) -> Iterator[np.ndarray]:
     """8-bit sRGB pictures with even sides, as H.264 wants them."""
+    from scenes.render.exr.layers import read_exr
+
     exposure = None
     for path in paths:
         layers = read_exr(path)[0]
@@ -332,7 +337,7 @@ def check_denoiser() -> None:
         raise InputError("output.denoise", True, rule, cure) from None
 
 
-def denoise(layers: Layers) -> Layers:
+def denoise_layers(layers: Layers) -> Layers:
     """Add a denoised picture, never negative, to the layers of a frame."""
     import mitsuba_oidn
 

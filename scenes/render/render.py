@@ -32,11 +32,10 @@ from scenes.frame.frame_input import (
     sampler_seed,
 )
 from scenes.frame.layers import Coverage, Layers, add_coverage
-from scenes.render import pictures as denoise
 from scenes.render import variants
 from scenes.render.description import MEDIUM, Description, describe_frame, with_camera
 from scenes.render.memory import check_memory
-from scenes.render.pictures import check_denoiser
+from scenes.render.pictures import check_denoiser, denoise_layers
 
 
 def ignore_samples(samples: int) -> None:
@@ -64,9 +63,9 @@ class BuiltFrame:
 def build_frame(frame_input: FrameInput, most_bytes: int | None = None) -> BuiltFrame:
     """Describe and build a frame; it may be traced with other seeds and samples per pixel.
 
-    Raises InputError where it is foretold to need more memory than it may (``memory_limit``).
+    Raises InputError where it is estimated to need more memory than it may (``memory_limit``).
     """
-    check_memory(frame_input, most_bytes, "the picture")
+    check_memory(frame_input, most_bytes)
     start = time.perf_counter()
     description = describe_frame(frame_input)
     seconds = {"describe": time.perf_counter() - start}
@@ -212,12 +211,12 @@ def render_frame(
                  that it cannot be used again, and who has seen to its memory. None: it is made here
     most_bytes   that it may need, as of ``memory_limit``
     Raises InputError for numbers that the renderer would accept silently (NaN, albedo above 1), and
-    for what is foretold to need more memory than it may.
+    for what is estimated to need more memory than it may.
     """
     if frame_input.denoise:
         check_denoiser()
     if frame_input.subframes:
-        check_memory(frame_input, most_bytes, "the picture")
+        check_memory(frame_input, most_bytes)
         eyes = (None,) if not frame_input.camera.baseline_m else (LEFT, RIGHT)
         pair = [render_subframes(_seen_by(frame_input, eye), frame, watch) for eye in eyes]
     else:
@@ -265,5 +264,5 @@ def _seen_by(frame_input: FrameInput, eye: int | None) -> FrameInput:
 
 def _denoised(layers: Layers) -> Layers:
     start = time.perf_counter()
-    layers = denoise(layers)
+    layers = denoise_layers(layers)
     return replace(layers, seconds={**layers.seconds, "denoise": time.perf_counter() - start})

@@ -29,17 +29,22 @@ from numba import njit
 from lod.arrays import Ints, Reals, frozen
 from scenes.rig.leg_ik import (
     ACROSS,
+    AHEAD,
     DUTY,
     HOME_X,
     HOME_Y,
     MAX_RISE,
+    PRINT_X,
+    PRINT_Y,
+    PRINT_Z,
     REACH,
+    SLOPE_X,
+    SLOPE_Y,
     STEEPEST,
     STRIDE,
     STRIKE,
 )
 from scenes.rig.pose import (
-    AHEAD,
     AT_HIP_X,
     AT_HIP_Y,
     AT_HIP_Z,
@@ -50,11 +55,6 @@ from scenes.rig.pose import (
     FROM_PRINT_Z,
     KEYS,
     LEGS,
-    PRINT_X,
-    PRINT_Y,
-    PRINT_Z,
-    SLOPE_X,
-    SLOPE_Y,
     Instances,
     PoseColumns,
     PoseTables,
@@ -95,19 +95,11 @@ class Placements(NamedTuple):
 
 def place_on_ground(pose_tables: PoseTables, heights: Heights, placements: Placements) -> Instances:
     """Place instances on the ground: heights of their bodies, and contacts of their feet."""
-    where, columns = _columns(placements), pose_tables.columns
-    ground = frozen(heights(_contact_points(columns, where)), np.float64)
-    base, contacts = _place_bodies(columns, pose_tables.max_legs, where, ground)
-    facing = where.cos, where.sin
-    origin = np.column_stack((where.xy, base))
-    return Instances(origin, *facing, where.prototype, where.phase, contacts)
-
-
-def _columns(placements: Placements) -> Placements:
-    """Make read-only columns, with phases within one cycle and a contact detail for each."""
+    columns = pose_tables.columns
+    # Read-only columns, with phases within one cycle and a contact detail for each.
     xy, cos, sin, prototype, phase, stride_factor, contact_detail = placements
     details = np.broadcast_to(contact_detail, len(prototype))
-    return Placements(
+    where = Placements(
         frozen(xy, np.float64),
         frozen(cos, np.float64),
         frozen(sin, np.float64),
@@ -116,6 +108,11 @@ def _columns(placements: Placements) -> Placements:
         frozen(stride_factor, np.float64),
         frozen(details, np.int64),
     )
+    ground = frozen(heights(_contact_points(columns, where)), np.float64)
+    base, contacts = _place_bodies(columns, pose_tables.max_legs, where, ground)
+    facing = where.cos, where.sin
+    origin = np.column_stack((where.xy, base))
+    return Instances(origin, *facing, where.prototype, where.phase, contacts)
 
 
 @njit(cache=True)

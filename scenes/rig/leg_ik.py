@@ -25,8 +25,14 @@ from numba import njit
 from scenes.rig.rig import Motion, Rig
 from scenes.rig.rotations import quaternion_product, rotate_vector, to_euler
 
+STRAIGHTEST = 0.9985
+"""How far a leg stretches at most, as a share of its length, where its motion stretches it less."""
+
 STRIKE, DUTY, HOME_X, HOME_Y, STRIDE, REACH, STEEPEST, MAX_RISE, ACROSS = range(9)
 """Columns of ``LegTables.leg``."""
+
+PRINT_X, PRINT_Y, PRINT_Z, AHEAD, SLOPE_X, SLOPE_Y = range(6)
+"""Columns of ``Instances.foot_contacts``."""
 
 UPPER, LOWER, BEND, STICKS_OUT, FIXED_COS, FIXED_SIN = range(6)
 """Columns of ``LegTables.bones``."""
@@ -63,19 +69,37 @@ class LegRows(NamedTuple):
     carrier: int
 
 
-class FootContact(NamedTuple):
-    """Where a foot stands, as in ``Instances.foot_contacts``.
+def leg_rows(rig: Rig, motion: Motion) -> np.ndarray:
+    """Compute the rows of ``LegTables.leg``, (l, 9)."""
+    feet = motion.feet
+    bones = np.linalg.norm(rig.offset[feet.legs[:, 1:]], axis=-1).sum(axis=1)
+    same = np.full(len(feet), motion.stride)
+    middle = feet.home.sum(axis=0) / max(len(feet), 1)
+    away = np.linalg.norm(feet.home - middle, axis=1) + motion.stride / 2
+    highest = feet.steepest * away
+    origin, _ = rig.frames(motion.rotations, motion.shift)
+    posed = np.linalg.norm(origin[:, feet.legs[:, 2]] - origin[:, feet.legs[:, 0]], axis=-1)
+    longest = np.maximum(STRAIGHTEST * bones, posed.max(axis=0) * (1 + 1e-9))
+    columns = (
+        feet.strike,
+        feet.duty,
+        *feet.home.T,
+        same,
+        longest,
+        feet.steepest,
+        highest,
+        np.full(len(feet), float(motion.tilts)),
+    )
+    return np.stack(columns, axis=1)
 
-    x, y, z of its print [m], how far that is ahead of the prototype's own [m], and x and y of the
-    quaternion that tilts the ground under it
-    """
 
-    x: float
-    y: float
-    z: float
-    ahead: float
-    slope_x: float
-    slope_y: float
+def ankle_limits(rig: Rig, motion: Motion) -> np.ndarray:
+    """Compute the rows of ``LegTables.ankle``, (l, 6)."""
+    ankles, functions = motion.feet.legs[:, 2], (np.tan, np.sin, np.tan)
+    low, high = (np.radians(np.clip(limit[ankles], -90, 90)) for limit in (rig.low, rig.high))
+    return np.stack(
+        [f(side[:, k]) for side in (low, high) for k, f in enumerate(functions)], axis=1
+    )
 
 
 def bone_lengths(rig: Rig, motion: Motion) -> np.ndarray:
@@ -112,15 +136,16 @@ def _fixed_hip_angle(rig: Rig, motion: Motion, hip: int, sticks_out: bool) -> fl
 
 
 @njit(cache=True)
-def solve_foot(frame, rows, legs, leg, contact, cos, sin):  # type: ignore[no-untyped-def]
+def solve_foot(frame, rows, legs, leg, contacts, o, k, cos, sin):  # type: ignore[no-untyped-def]
     """Bend the leg in ``rows`` of ``frame`` (x, y, z and quaternion) to its contact, in place.
 
-    rows: LegRows; legs: LegTables; leg: the leg's row in them; contact: FootContact
+    rows: LegRows; legs: LegTables; leg: the leg's row in them
+    contacts: ``Instances.foot_contacts``, of which the k-th of object o is the leg's
     cos, sin: of the object's heading. Row 0 of ``frame`` stands on level ground.
     """
     hip, knee, ankle = rows.hip, rows.knee, rows.ankle
-    px, py, pz = contact.x, contact.y, contact.z
-    ahead, ax, ay = contact.ahead, contact.slope_x, contact.slope_y
+    px, py, pz = contacts[o, k, PRINT_X], contacts[o, k, PRINT_Y], contacts[o, k, PRINT_Z]
+    ahead, ax, ay = contacts[o, k, AHEAD], contacts[o, k, SLOPE_X], contacts[o, k, SLOPE_Y]
     slope = ax, ay, 0.0, math.sqrt(1.0 - ax * ax - ay * ay)
     # The ankle from the prototype's own print, turned with the ground, put on the object's.
     ex = frame[ankle, 0] - px + ahead * cos

@@ -1,6 +1,4 @@
-"""Which arrays posing reads: the rigs and motions of a species, and the instances to be posed.
-
-Where points of many posed objects are: a compiled walk over their joints.
+"""Where points of many posed objects are: a compiled walk over their joints.
 
 ``PoseTables`` lays the rigs and motions of all prototypes of a species end to end; ``Instances``
 say where each object stands and how far through its cycle it is. The walk takes pairs (object,
@@ -22,20 +20,22 @@ from lod.arrays import ArrayData, FloatArray, IntArray, Ints, Points, check_colu
 from lod.errors import InputError
 from lod.threads import map_chunks
 from scenes.rig.leg_ik import (
-    FootContact,
+    AHEAD,
+    PRINT_Z,
+    SLOPE_X,
+    SLOPE_Y,
     LegRows,
     LegTables,
+    ankle_limits,
     bone_lengths,
     joint_limit_arcs,
+    leg_rows,
     set_rotation,
     solve_foot,
 )
 from scenes.rig.rig import Motion, Rig, print_and_swing
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.rig.rotations import Vectors, quaternion_product, rotate_vector, slerp_weights
-
-STRAIGHTEST = 0.9985
-"""How far a leg stretches at most, as a share of its length, where its motion stretches it less."""
 
 _MIN_ANGLE = 1e-9
 """Least angle between two keys: weights are the shares themselves there [rad]."""
@@ -95,25 +95,31 @@ class PoseTables:
             raise InputError("prototypes", 0, "at least one prototype")
         rigs, motions = [p.rig for p in prototypes], [p.motion for p in prototypes]
         pairs = list(zip(rigs, motions, strict=True))
-        rows, keys = _prototype_rows(rigs, motions)
-        legs = LegTables(
-            leg=_joined([_leg_rows(rig, motion) for rig, motion in pairs]),
-            bones=_joined([bone_lengths(rig, motion) for rig, motion in pairs]),
-            arc=_joined([joint_limit_arcs(rig, motion) for rig, motion in pairs]),
-            ankle=_joined([_ankle_rows(rig, motion) for rig, motion in pairs]),
+        joints = np.array([len(rig) for rig in rigs])
+        keys = np.array([len(motion.rotations) for motion in motions])
+        legs = np.array([len(motion.feet) for motion in motions])
+        first_joint, first_shift, first_leg, first_hip = (
+            np.cumsum(count) - count for count in (joints, keys + 1, legs, (keys + 1) * legs)
         )
+        first_key, key_rows = _shared_keys(motions)
+        rows = first_joint, joints, first_key, keys, first_shift, first_leg, legs, first_hip
         columns = PoseColumns(
-            prototypes=frozen(rows, np.int64),
+            prototypes=frozen(np.stack(rows, axis=1), np.int64),
             joint=_joined([_joint_rows(rig, motion) for rig, motion in pairs], np.int64),
             offset=_joined([rig.offset for rig in rigs]),
-            keys=frozen(keys, np.float64),
+            keys=frozen(key_rows, np.float64),
             shift=_joined([np.vstack((m.shift, m.shift[:1])) for m in motions]),
-            legs=legs,
+            legs=LegTables(
+                leg=_joined([leg_rows(rig, motion) for rig, motion in pairs]),
+                bones=_joined([bone_lengths(rig, motion) for rig, motion in pairs]),
+                arc=_joined([joint_limit_arcs(rig, motion) for rig, motion in pairs]),
+                ankle=_joined([ankle_limits(rig, motion) for rig, motion in pairs]),
+            ),
             sole=_joined([motion.feet.sole for motion in motions]),
             plane=_joined([motion.feet.plane for motion in motions]),
             hip=_joined([_hip_rows(rig, motion) for rig, motion in pairs]),
         )
-        return PoseTables(columns, int(rows[:, JOINTS].max()), int(rows[:, LEGS].max()))
+        return PoseTables(columns, int(joints.max()), int(legs.max()))
 
 
 class InstanceColumns(NamedTuple):
@@ -125,10 +131,6 @@ class InstanceColumns(NamedTuple):
     prototype: np.ndarray
     phase: np.ndarray
     foot_contacts: np.ndarray
-
-
-PRINT_X, PRINT_Y, PRINT_Z, AHEAD, SLOPE_X, SLOPE_Y = range(6)
-"""Columns of ``Instances.foot_contacts``."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,23 +177,6 @@ def _joined(tables: list[np.ndarray], dtype: type = np.float64) -> np.ndarray:
     return frozen(np.concatenate(tables), dtype)
 
 
-def _prototype_rows(rigs: list[Rig], motions: list[Motion]) -> tuple[np.ndarray, np.ndarray]:
-    """Make the table of prototypes (v, 8), and the keys of all motions (t, 6)."""
-    joints = np.array([len(rig) for rig in rigs])
-    keys = np.array([len(motion.rotations) for motion in motions])
-    legs = np.array([len(motion.feet) for motion in motions])
-    counts = joints, keys + 1, legs, (keys + 1) * legs
-    first_joint, first_shift, first_leg, first_hip = map(_starts, counts)
-    first_key, key_rows = _shared_keys(motions)
-    columns = first_joint, joints, first_key, keys, first_shift, first_leg, legs, first_hip
-    return np.stack(columns, axis=1), key_rows
-
-
-def _starts(counts: np.ndarray) -> np.ndarray:
-    """Find the first row of each table, laid end to end, from their numbers of rows."""
-    return np.cumsum(counts) - counts
-
-
 def _joint_rows(rig: Rig, motion: Motion) -> np.ndarray:
     rows = np.full((len(rig), 5), -1)
     rows[:, 0] = rig.parent
@@ -201,44 +186,13 @@ def _joint_rows(rig: Rig, motion: Motion) -> np.ndarray:
     return rows
 
 
-def _leg_rows(rig: Rig, motion: Motion) -> np.ndarray:
-    feet = motion.feet
-    bones = np.linalg.norm(rig.offset[feet.legs[:, 1:]], axis=-1).sum(axis=1)
-    same = np.full(len(feet), motion.stride)
-    middle = feet.home.sum(axis=0) / max(len(feet), 1)
-    away = np.linalg.norm(feet.home - middle, axis=1) + motion.stride / 2
-    highest = feet.steepest * away
-    origin, _ = rig.frames(motion.rotations, motion.shift)
-    posed = np.linalg.norm(origin[:, feet.legs[:, 2]] - origin[:, feet.legs[:, 0]], axis=-1)
-    longest = np.maximum(STRAIGHTEST * bones, posed.max(axis=0) * (1 + 1e-9))
-    columns = (
-        feet.strike,
-        feet.duty,
-        *feet.home.T,
-        same,
-        longest,
-        feet.steepest,
-        highest,
-        np.full(len(feet), float(motion.tilts)),
-    )
-    return np.stack(columns, axis=1)
-
-
-def _ankle_rows(rig: Rig, motion: Motion) -> np.ndarray:
-    ankles, functions = motion.feet.legs[:, 2], (np.tan, np.sin, np.tan)
-    low, high = (np.radians(np.clip(limit[ankles], -90, 90)) for limit in (rig.low, rig.high))
-    return np.stack(
-        [f(side[:, k]) for side in (low, high) for k, f in enumerate(functions)], axis=1
-    )
-
-
 def _hip_rows(rig: Rig, motion: Motion) -> np.ndarray:
     """Place hips, and ankles from their prints, at every key and at key 0 again, (k, 6)."""
     feet, keys = motion.feet, len(motion.rotations)
     origin, _ = rig.frames(motion.rotations, motion.shift)
     own = (np.arange(keys)[:, None] / keys - feet.strike) % 1.0
-    ahead = np.array([[sum(print_and_swing(o, d)) for o, d in zip(row, feet.duty, strict=True)]
-                      for row in own]).reshape(keys, len(feet))  # fmt: skip
+    each = zip(own.ravel(), np.tile(feet.duty, keys), strict=True)
+    ahead = np.array([sum(print_and_swing(o, d)) for o, d in each]).reshape(own.shape)
     prints = np.zeros((keys, len(feet), 3))
     prints[..., :2] = feet.home
     prints[..., 0] += motion.stride * ahead
@@ -251,27 +205,21 @@ def _shared_keys(motions: list[Motion]) -> tuple[np.ndarray, np.ndarray]:
     first: dict[bytes, int] = {}
     rows, starts, count = [np.zeros((0, 6))], [], 0
     for motion in motions:
-        name = motion.rotations.tobytes()
+        keys, name = motion.rotations, motion.rotations.tobytes()
         if name not in first:
+            # Key 0 stands again at the end, and every quaternion has the sign of the one before.
+            cos = (keys[-1:] * keys[:1]).sum(axis=-1, keepdims=True)
+            rotations = np.concatenate((keys, keys[:1] * np.copysign(1.0, cos)))
+            after = np.concatenate((rotations[1:], rotations[-1:]))
+            cos = (rotations * after).sum(axis=-1, keepdims=True)
+            sine = np.linalg.norm(after - cos * rotations, axis=-1, keepdims=True)
+            angle = np.maximum(np.arctan2(sine, cos), _MIN_ANGLE)
+            row = np.concatenate((rotations, angle, 1.0 / np.sin(angle)), axis=-1).reshape(-1, 6)
             first[name] = count
-            rows.append(_key_rows(motion))
-            count += len(rows[-1])
+            rows.append(row)
+            count += len(row)
         starts.append(first[name])
     return np.array(starts), np.concatenate(rows)
-
-
-def _key_rows(motion: Motion) -> np.ndarray:
-    """Make the rows of a motion: its keys, and the way from each to the next.
-
-    Key 0 stands again at the end, and every quaternion has the sign of the key before it.
-    """
-    cos = (motion.rotations[-1:] * motion.rotations[:1]).sum(axis=-1, keepdims=True)
-    rotations = np.concatenate((motion.rotations, motion.rotations[:1] * np.copysign(1.0, cos)))
-    after = np.concatenate((rotations[1:], rotations[-1:]))
-    cos = (rotations * after).sum(axis=-1, keepdims=True)
-    sine = np.linalg.norm(after - cos * rotations, axis=-1, keepdims=True)
-    angle = np.maximum(np.arctan2(sine, cos), _MIN_ANGLE)
-    return np.concatenate((rotations, angle, 1.0 / np.sin(angle)), axis=-1).reshape(-1, 6)
 
 
 _SHORTEST_RUN = 16384
@@ -460,22 +408,8 @@ def pose_marked(tables, buffers, pose, contacts, o, lowest, highest):  # type: i
             knee, carrier = joint[first + row - 1, KNEE_OF_HIP], joint[first + row - 1, PARENT]
             rows = LegRows(row, knee + 1, k, carrier + 1)
             at = tables.prototypes[pose.prototype, FIRST_LEG] + leg
-            contact = _contact(contacts, o, leg)
-            solve_foot(frame, rows, tables.legs, at, contact, pose.cos, pose.sin)
+            solve_foot(frame, rows, tables.legs, at, contacts, o, leg, pose.cos, pose.sin)
         row += 1
-
-
-@njit(cache=True, inline="always")
-def _contact(contacts, o, leg):  # type: ignore[no-untyped-def]
-    """Return the FootContact of one leg of object ``o``."""
-    return FootContact(
-        contacts[o, leg, PRINT_X],
-        contacts[o, leg, PRINT_Y],
-        contacts[o, leg, PRINT_Z],
-        contacts[o, leg, AHEAD],
-        contacts[o, leg, SLOPE_X],
-        contacts[o, leg, SLOPE_Y],
-    )
 
 
 @njit(cache=True, inline="always")

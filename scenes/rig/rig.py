@@ -1,15 +1,9 @@
-"""What a rig is: joints of one object, their limits, and the sticks that ride on them.
+"""What a rig is: joints of one object, their limits, the sticks that ride on them, and motions.
 
 The frame of the object: origin where it stands on the ground, z up, x the way it faces, y to its
 left. A joint sits at ``offset`` in the frame of its parent and turns there; joint −1 is the
-object's own frame.
-
-Where is the print of each leg relative to the body, and how far has its foot swung, at a phase?
-
-A print recedes evenly under the body while the foot stands on it, and the foot swings to the next
-one, a stride ahead. All prints scale with the stride; how the foot rolls does not.
-
-A cyclic motion of a rig: keyframes of every joint, slerped at each object's own phase.
+object's own frame. A motion is cyclic: keyframes of every joint, slerped at each object's own
+phase.
 """
 
 import math
@@ -71,7 +65,23 @@ class Rig(ArrayData):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        _check(self)
+        j = len(self.name)
+        vectors = dict.fromkeys(("offset", "low", "high"), (j, 3))
+        check_columns("rig", self, parent=(j,), rest=(j, 4), **vectors)
+        check_columns("rig", self, shift_low=(3,), shift_high=(3,))
+        for row in np.flatnonzero((self.parent >= np.arange(j)) | (self.parent < -1)):
+            rule = "a joint stands after its parent; -1 is the object's frame"
+            raise InputError(f"rig.parent[{row}]", int(self.parent[row]), rule)
+        if np.any(self.low > self.high) or np.any(self.shift_low > self.shift_high):
+            raise InputError("rig.low", "a limit above its upper limit", "low is at most high")
+        if np.abs(np.linalg.norm(self.rest, axis=1) - 1).max(initial=0) > 1e-9:
+            rule = "a turn is a unit quaternion"
+            raise InputError("rig.rest", "a quaternion not of length 1", rule)
+        for row in np.flatnonzero(self.limit_excess(self.rest) > _SLACK_DEG):
+            arrived = np.round(to_euler(self.rest[row]), 2).tolist()
+            low, high = self.low[row].tolist(), self.high[row].tolist()
+            rule = f"stands between {low} and {high} degrees"
+            raise InputError(f"rig.rest[{self.name[row]}]", arrived, rule)
 
     def __len__(self) -> int:
         return len(self.name)
@@ -102,15 +112,16 @@ class Rig(ArrayData):
 
     def limit_excess(self, rotations: Quaternions) -> Float64[np.ndarray, "..."]:
         """Compute how far each joint is beyond its limits, (…, j) [degrees], 0 within them."""
+
+        def outside(angle: np.ndarray) -> np.ndarray:
+            middle = (self.low + self.high) / 2
+            near = middle + (angle - middle + 180.0) % 360.0 - 180.0
+            return np.maximum(0, np.maximum(self.low - near, near - self.high)).max(axis=-1)
+
         angle = to_euler(rotations)
         # The same turn has a second set of angles, (x ± 180, ±180 − y, z ± 180).
         other = angle * np.array((1.0, -1.0, 1.0)) + 180.0
-        return np.minimum(self._outside(angle), self._outside(other))
-
-    def _outside(self, angle: np.ndarray) -> np.ndarray:
-        middle = (self.low + self.high) / 2
-        near = middle + (angle - middle + 180.0) % 360.0 - 180.0
-        return np.maximum(0, np.maximum(self.low - near, near - self.high)).max(axis=-1)
+        return np.minimum(outside(angle), outside(other))
 
     def random_turns(self, rng: np.random.Generator, count: int) -> Quaternions:
         """Draw random poses within limits, (count, j, 4): uniform angles, and limits themselves."""
@@ -119,10 +130,8 @@ class Rig(ArrayData):
 
     def scaled(self, factor: float) -> "Rig":
         """Return the rig with every length multiplied by ``factor``."""
-        lengths = (self.offset * factor, self.shift_low * factor, self.shift_high * factor)
-        offset, shift_low, shift_high = lengths
-        angles = (self.rest, self.low, self.high)
-        return Rig(self.name, self.parent, offset, *angles, shift_low, shift_high)
+        lengths = ("offset", "shift_low", "shift_high")
+        return replace(self, **{name: getattr(self, name) * factor for name in lengths})
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,12 +151,23 @@ class RiggedSticks(StickTable):
             if joints.shape != self.tint.shape or np.any(joints < -1):
                 raise InputError(f"sticks.{key}", joints.shape, "a joint, or -1, for every stick")
 
+    @staticmethod
+    def on(
+        table: StickTable, start: Ints, end: Ints, origin: Float64[np.ndarray, "j 3"]
+    ) -> "RiggedSticks":
+        """Put sticks on joints, (k,) of their starts and ends: ``origin`` (j, 3) at rest, unturned.
+
+        The sticks are in the object's frame.
+        """
+        local = np.concatenate((np.zeros((1, 3)), origin))
+        ends = table.start - local[start + 1], table.end - local[end + 1]
+        radii = table.start_radius, table.end_radius
+        return RiggedSticks(table.first, *ends, *radii, table.tint, start, end)
+
     def posed(self, origin: Vectors, turn: Quaternions) -> StickTable:
         """Return the sticks in the object's frame, given the frames of all joints."""
-        start, end = (
-            to_object_frame(origin, turn, joint, point)
-            for joint, point in ((self.start_joint, self.start), (self.end_joint, self.end))
-        )
+        start = to_object_frame(origin, turn, self.start_joint, self.start)
+        end = to_object_frame(origin, turn, self.end_joint, self.end)
         return StickTable(self.first, start, end, self.start_radius, self.end_radius, self.tint)
 
 
@@ -180,24 +200,6 @@ def _frames(parent, offset, rotations, shift):  # type: ignore[no-untyped-def]
     return origin, facing
 
 
-def _check(rig: Rig) -> None:
-    j = len(rig.name)
-    check_columns("rig", rig, parent=(j,), offset=(j, 3), rest=(j, 4), low=(j, 3), high=(j, 3))
-    check_columns("rig", rig, shift_low=(3,), shift_high=(3,))
-    for row in np.flatnonzero((rig.parent >= np.arange(j)) | (rig.parent < -1)):
-        rule = "a joint stands after its parent; -1 is the object's frame"
-        raise InputError(f"rig.parent[{row}]", int(rig.parent[row]), rule)
-    if np.any(rig.low > rig.high) or np.any(rig.shift_low > rig.shift_high):
-        raise InputError("rig.low", "a limit above its upper limit", "low is at most high")
-    if np.abs(np.linalg.norm(rig.rest, axis=1) - 1).max(initial=0) > 1e-9:
-        raise InputError("rig.rest", "a quaternion not of length 1", "a turn is a unit quaternion")
-    outside = rig.limit_excess(rig.rest)
-    for row in np.flatnonzero(outside > _SLACK_DEG):
-        arrived = np.round(to_euler(rig.rest[row]), 2).tolist()
-        rule = f"stands between {rig.low[row].tolist()} and {rig.high[row].tolist()} degrees"
-        raise InputError(f"rig.rest[{rig.name[row]}]", arrived, rule)
-
-
 @dataclass(frozen=True, eq=False)
 class Feet(ArrayData):
     """The legs of an object that stand on the ground, (l,), in any order.
@@ -227,7 +229,8 @@ class Feet(ArrayData):
         check_columns("feet", self, steepest=(n,), sole=(n, 3, 2), sticks_out=(n,))
         if not np.all((self.duty > 0) & (self.duty <= 1)):
             raise InputError("feet.duty", self.duty.tolist(), "above 0, at most 1")
-        if n and np.abs(np.linalg.det(_edges(self.sole))).min() < 1e-12:
+        edges = self.sole[:, 1:] - self.sole[:, :1]
+        if n and np.abs(np.linalg.det(edges)).min() < 1e-12:
             raise InputError("feet.sole", "points in a line", "three points that span a plane")
 
     def __len__(self) -> int:
@@ -244,10 +247,6 @@ class Feet(ArrayData):
         return replace(self, home=self.home * factor, sole=self.sole * factor)
 
 
-def _edges(sole: np.ndarray) -> np.ndarray:
-    return sole[:, 1:] - sole[:, :1]
-
-
 NO_FEET = Feet(
     np.zeros((0, 3)), *(np.zeros(0),) * 4, np.zeros((0, 2)), np.zeros(0), np.zeros((0, 3, 2))
 )
@@ -257,8 +256,9 @@ NO_FEET = Feet(
 def print_and_swing(own, duty):  # type: ignore[no-untyped-def]
     """Compute how far the last print is ahead of mid-stance, and the foot has swung on [strides].
 
-    The swing goes from 0, while the foot stands, to 1 at the next print. ``own`` is the phase after
-    landing, 0 to 1, and ``duty`` the share of the cycle that the foot stands.
+    A print recedes evenly under the body while the foot stands on it. The swing goes from 0,
+    while the foot stands, to 1 at the next print. ``own`` is the phase after landing, 0 to 1,
+    and ``duty`` the share of the cycle that the foot stands.
     """
     u = (own - duty) / (1.0 - duty) if own > duty else 0.0
     return duty / 2 - own, u * u * (3.0 - 2.0 * u)
@@ -285,10 +285,20 @@ class Motion:
     tilts: bool = False
 
     def __post_init__(self) -> None:
-        keys = np.asarray(self.rotations, np.float64)
-        object.__setattr__(self, "rotations", continuous_signs(keys))
+        rotations = continuous_signs(np.asarray(self.rotations, np.float64))
+        object.__setattr__(self, "rotations", rotations)
         freeze(self, rotations=np.float64, shift=np.float64)
-        _check_keyframes(self)
+        keys = len(rotations)
+        if rotations.ndim != 3 or keys == 0 or rotations.shape[2] != 4:
+            raise InputError("motion.rotations", rotations.shape, "at least one key, (K, j, 4)")
+        check_columns("motion", self, rotations=rotations.shape, shift=(keys, 3))
+        if not (math.isfinite(self.stride) and self.stride >= 0):
+            raise InputError("motion.stride", self.stride, "finite, at least 0 m")
+        if not (math.isfinite(self.period) and self.period > 0):
+            raise InputError("motion.period", self.period, "finite, above 0 s")
+        legs = self.feet.legs
+        if legs.size and legs.max() >= rotations.shape[1]:
+            raise InputError("motion.feet", int(legs.max()), "a joint of the rig")
 
     @property
     def speed(self) -> float:
@@ -322,17 +332,3 @@ def continuous_signs(rotations: Quaternions) -> Quaternions:
 def key_phases(keys: int) -> Reals:
     """Give the phases of ``keys`` evenly spaced keys, (K,)."""
     return np.arange(keys) / keys
-
-
-def _check_keyframes(motion: Motion) -> None:
-    keys = len(motion.rotations)
-    if motion.rotations.ndim != 3 or keys == 0 or motion.rotations.shape[2] != 4:
-        raise InputError("motion.rotations", motion.rotations.shape, "at least one key, (K, j, 4)")
-    check_columns("motion", motion, rotations=motion.rotations.shape, shift=(keys, 3))
-    if not (math.isfinite(motion.stride) and motion.stride >= 0):
-        raise InputError("motion.stride", motion.stride, "finite, at least 0 m")
-    if not (math.isfinite(motion.period) and motion.period > 0):
-        raise InputError("motion.period", motion.period, "finite, above 0 s")
-    legs = motion.feet.legs
-    if legs.size and legs.max() >= motion.rotations.shape[1]:
-        raise InputError("motion.feet", int(legs.max()), "a joint of the rig")

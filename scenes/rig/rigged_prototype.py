@@ -1,19 +1,4 @@
-"""How far points can be from a joint in any pose that the limits allow: an upper bound.
-
-Points x of a jointed chain form a set S; |x| is at most max over directions u of h(u) = max of u·x,
-the set's support function (Rockafellar, "Convex Analysis", 1970, §13). Down the chain it obeys
-
-    h_parent(u) = max over children of  u·offset + max over allowed R of h_child(Rᵀu),
-
-and R = Rz·Ry·Rx takes three maxima over one angle each, so that no combination of angles is ever
-listed. Two steps keep it an upper bound, both with an error of second order only:
-
-* h is kept on the points (1, s, t) of a cube's faces. It is convex, so interpolating bilinearly
-never gives less than its value (Jensen).
-* An arc between two angles δ apart lies within the two points of those angles moved out from the
-axis by 1/cos(δ/2), so that a few angles stand for all between them.
-
-A posable object: its part hierarchy holds for every pose that the joint limits allow (§2.4).
+"""A posable object: its part hierarchy holds for every pose that the joint limits allow (§2.4).
 
     separation  farthest that a part's origin can be from its whole's origin, over all poses
     extent      farthest that a part's own sticks, of either appearance, can be from a point, over
@@ -32,21 +17,23 @@ origin is that of the whole, and the two share the greater P and R.
 It is the rule of ``scenes.sticks.prototype`` with poses; a rig that cannot move gives the same
 numbers.
 
-How fast any point of an object moves by its own motion, at any phase: an upper bound.
+``reach_bound`` takes the points x of a jointed chain as a set S; |x| is at most max over directions
+u of h(u) = max of u·x, the set's support function (Rockafellar, "Convex Analysis", 1970, §13). Down
+the chain it obeys
 
-A point on a joint moves with its joint's origin and with its turning, and the origin with the
-joint above: from the root down,
+    h_parent(u) = max over children of  u·offset + max over allowed R of h_child(Rᵀu),
 
-    speed of an origin ≤ speed of the origin above + rate of the turn above · length of the offset,
-    rate of a turn     ≤ rate of the turn above + angle between two keys · keys / period,
+and R = Rz·Ry·Rx takes three maxima over one angle each, so that no combination of angles is ever
+listed. Two steps keep it an upper bound, both with an error of second order only:
 
-and so for the ends of sticks. Feet that follow a slope (``leg_ik``) move faster: the body's own
-speed is added for it, which suffices for ground no steeper than 45°.
+* h is kept on the points (1, s, t) of a cube's faces. It is convex, so interpolating bilinearly
+never gives less than its value (Jensen).
+* An arc between two angles δ apart lies within the two points of those angles moved out from the
+axis by 1/cos(δ/2), so that a few angles stand for all between them.
 """
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float64
@@ -57,10 +44,190 @@ from lod.errors import InputError
 from lod.hierarchy import Hierarchy, max_over_tied, representative
 from lod.shapes import MeshTable, StickTable
 from scenes.rig.rig import Motion, Rig, RiggedSticks, rest_motion, to_object_frame
-from scenes.rig.rotations import Quaternions, Vectors, from_euler
+from scenes.rig.rotations import Quaternions, from_euler
 from scenes.sticks.areas import largest_area
 from scenes.sticks.by_view import ViewDependence
-from scenes.sticks.prototype import Prototype, part_contrast
+from scenes.sticks.prototype import Prototype, bounds_of_all_below, part_contrast
+
+P_POSES = 6
+"""Random allowed poses in which leaf appearances that span joints are measured, besides rest and
+straight.
+"""
+
+
+@dataclass(frozen=True, eq=False)
+class RiggedPrototype:
+    """One whole object that can be posed.
+
+    joint   (n,) joint that the part's origin rides on
+    place   (n, 3) the origin in that joint's frame; the joint's own by default [m]
+    hierarchy  positions at rest; P, R, B and separation for every allowed pose
+    inner, leaf, tints, view_dependence as in Prototype; motion: its walk, or whatever it does
+    limbs  (j,) what each joint carries, as a foot on an ankle; by default the joints' names
+    meshes  those of parts that own none, each in the frame of its part's joint; pictures show them
+            in place of ``leaf``. None where every part is sticks
+    """
+
+    name: str
+    rig: Rig
+    joint: np.ndarray
+    hierarchy: Hierarchy
+    inner: RiggedSticks
+    leaf: RiggedSticks
+    tints: np.ndarray
+    motion: Motion
+    place: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
+    view_dependence: ViewDependence = field(default_factory=ViewDependence)
+    limbs: tuple[str, ...] = ()
+    meshes: MeshTable | None = None
+
+    def __post_init__(self) -> None:
+        if not len(self.place):
+            object.__setattr__(self, "place", np.zeros((len(self.joint), 3)))
+        if not self.limbs:
+            object.__setattr__(self, "limbs", self.rig.name)
+        freeze(self, joint=np.int64, tints=np.float64, place=np.float64)
+        if self.motion.rotations.shape[1] != len(self.rig):
+            arrived = self.motion.rotations.shape[1]
+            raise InputError(f"{self.name}.motion", arrived, f"{len(self.rig)} joints")
+        if self.meshes is not None and len(self.meshes.count) != len(self.joint):
+            rule = "one mesh, or none, for each part"
+            raise InputError(f"{self.name}.meshes", len(self.meshes.count), rule)
+        if len(self.joint) != len(self.hierarchy) or self.joint.max() >= len(self.rig):
+            raise InputError(f"{self.name}.joint", len(self.joint), "one joint for each part")
+        for table in (self.inner, self.leaf):
+            if len(table) and max(table.start_joint.max(), table.end_joint.max()) >= len(self.rig):
+                raise InputError(f"{self.name}.sticks", "no such joint", "a joint of the rig")
+
+    def posed(
+        self,
+        rotations: Quaternions | None = None,
+        shift: tuple[float, float, float] | Reals = (0.0, 0.0, 0.0),
+    ) -> Prototype:
+        """Return the object in one pose, by default at rest; P, R and B stay those of all poses."""
+        origin, turn = self.rig.frames(rotations, shift)
+        position = to_object_frame(origin, turn, self.joint, self.place)
+        hierarchy = replace(self.hierarchy, position=position)
+        inner, leaf = (table.posed(origin, turn) for table in (self.inner, self.leaf))
+        meshes = self.meshes
+        if meshes is not None:
+            joint = self.joint[meshes.vertex_owner]
+            at = to_object_frame(origin, turn, joint, meshes.vertices)
+            ahead = to_object_frame(np.zeros_like(origin), turn, joint, meshes.normals)
+            meshes = replace(meshes, vertices=at, normals=ahead)
+        looks = self.tints, self.view_dependence, meshes
+        return Prototype(self.name, hierarchy, inner, leaf, *looks)
+
+    def full_detail_sticks(self) -> tuple[RiggedSticks, RiggedSticks]:
+        """Return what is shown while all parts are: inner sticks, and leaf sticks of ends."""
+        owns = np.zeros(len(self.joint), bool)
+        owns[self.hierarchy.parent[1:]] = True
+        return self.inner.only(owns), self.leaf.only(~owns)
+
+    def with_motion(self, motion: Motion) -> "RiggedPrototype":
+        """Return the same object with another motion."""
+        return replace(self, motion=motion)
+
+    def scaled(self, factor: float) -> "RiggedPrototype":
+        """Return the object ``factor`` times as large, moving in a dynamically similar way."""
+        lengths = "rig", "hierarchy", "inner", "leaf", "motion"
+        scaled = {name: getattr(self, name).scaled(factor) for name in lengths}
+        meshes = None if self.meshes is None else self.meshes.scaled(factor)
+        return replace(self, **scaled, place=self.place * factor, meshes=meshes)
+
+
+def rigid_prototype(prototype: Prototype) -> RiggedPrototype:
+    """Rig a prototype of one pose without joints: everything rides on the object's frame."""
+    none, nowhere = np.zeros((0, 3)), np.zeros(3)
+    empty = np.zeros(0, np.int64)
+    rig = Rig((), empty, none, np.zeros((0, 4)), none, none, nowhere, nowhere)
+
+    def fixed(table: StickTable) -> RiggedSticks:
+        on_frame = np.full(len(table), -1)
+        return RiggedSticks.on(table, on_frame, on_frame, none)
+
+    return RiggedPrototype(
+        name=prototype.name,
+        rig=rig,
+        joint=np.full(len(prototype.hierarchy), -1),
+        hierarchy=prototype.hierarchy,
+        inner=fixed(prototype.inner),
+        leaf=fixed(prototype.leaf),
+        tints=prototype.tints,
+        motion=rest_motion(rig),
+        place=prototype.hierarchy.position,
+        view_dependence=prototype.view_dependence,
+        meshes=prototype.meshes,
+    )
+
+
+def rigged(prototype: Prototype | RiggedPrototype) -> RiggedPrototype:
+    """Return a prototype as something that can be posed, if only in one way."""
+    return rigid_prototype(prototype) if isinstance(prototype, Prototype) else prototype
+
+
+def build_hierarchy(
+    rig: Rig,
+    parent: Ints,
+    level: Ints,
+    joint: Ints,
+    inner: RiggedSticks,
+    leaf: RiggedSticks,
+    tints: Float64[np.ndarray, "t 3"],
+    twin: Ints,
+) -> tuple[Hierarchy, Ints]:
+    """Build the hierarchy by the rule of this file, and find the joint of each part's origin, (n,).
+
+    joint (n,) where each would have its origin by itself; twin (n,) an earlier part that it is the
+    mirror image of, or itself
+    """
+    n = len(parent)
+    P = np.sqrt(_largest_areas(rig, leaf)[twin])
+    one = representative(parent, P)
+    joint = joint[one]
+    own, R, separation = np.zeros(n), np.zeros(n), np.zeros(n)
+    for row in np.flatnonzero(twin == np.arange(n)).tolist():
+        parts = np.flatnonzero(parent == row)
+        own[row] = _extent(rig, int(joint[row]), (inner, leaf), np.array([row]))
+        R[row] = max(own[row], _extent(rig, int(joint[row]), (inner, leaf), parts))
+        if row:
+            origin = np.array([joint[row]]), np.zeros((1, 3)), np.zeros(1)
+            separation[row] = reach_bound(rig, int(joint[parent[row]]), *origin)
+    own, R, separation = own[twin], R[twin], separation[twin]
+    position, B = rig.frames()[0][joint], bounds_of_all_below(parent, own, separation)
+    lengths = max_over_tied(P, one), max_over_tied(R, one), B, separation
+    contrast = part_contrast(parent, leaf.posed(*rig.frames()), tints)[one]
+    return Hierarchy(parent, level, position, *lengths, contrast), joint
+
+
+def _extent(rig: Rig, joint: int, tables: tuple[RiggedSticks, ...], parts: Ints) -> float:
+    """Bound how far any stick of these parts can be from a joint [m]."""
+    columns: list[tuple[Ints, Points, Reals]] = []
+    for table in tables:
+        rows = np.flatnonzero(np.isin(table.owner, parts))
+        columns.append((table.start_joint[rows], table.start[rows], table.start_radius[rows]))
+        columns.append((table.end_joint[rows], table.end[rows], table.end_radius[rows]))
+    joints, points, radii = (np.concatenate(column) for column in zip(*columns, strict=True))
+    return reach_bound(rig, joint, joints, points, radii)
+
+
+def _largest_areas(rig: Rig, leaf: RiggedSticks) -> Reals:
+    areas = largest_area(leaf.posed(*rig.frames()))
+    # Of which parts the leaf appearance rides on more than one joint.
+    n = len(leaf.first) - 1
+    least, most = np.full(n, np.iinfo(np.int64).max), np.full(n, -2)
+    for joints in (leaf.start_joint, leaf.end_joint):
+        np.minimum.at(least, leaf.owner, joints)
+        np.maximum.at(most, leaf.owner, joints)
+    spans = most > least
+    if spans.any():
+        some = leaf.only(spans)
+        straight = from_euler(np.clip(0.0, rig.low, rig.high))
+        rng = np.random.Generator(np.random.Philox(0))
+        for rotations in (straight, *rig.random_turns(rng, P_POSES)):
+            areas = np.maximum(areas, largest_area(some.posed(*rig.frames(rotations))))
+    return areas
+
 
 CELLS = 24
 """Cells along the edge of the cube."""
@@ -77,10 +244,9 @@ def reach_bound(rig: Rig, joint: int, joints: Ints, points: Points, radii: Reals
     """
     if not len(joints):
         return 0.0
-    below = _is_under(rig, joint)[joints + 1]
-    bound = (
-        _bound_below(rig, joint, joints[below], points[below], radii[below]) if below.any() else 0.0
-    )
+    below, bound = _is_under(rig, joint)[joints + 1], 0.0
+    if below.any():
+        bound = _bound_below(rig, joint, joints[below], points[below], radii[below])
     for row in np.flatnonzero(~below):
         one = slice(int(row), int(row) + 1)
         bound = max(bound, _bound_across(rig, joint, joints[one], points[one], radii[one]))
@@ -121,34 +287,20 @@ def _bound_below(rig: Rig, joint: int, joints: Ints, points: Points, radii: Real
     if (joints == joint).all():
         return float((np.linalg.norm(points, axis=1) + radii).max())
     low, high = (frozen(np.radians(limit), np.float64) for limit in (rig.low, rig.high))
-    tree = _Joints(rig.parent, rig.offset, low, high)
-    places = frozen(points, np.float64), frozen(radii, np.float64)
-    spheres = _Spheres(frozen(joints, np.int64), *places)
+    tree = rig.parent, rig.offset, low, high
+    spheres = frozen(joints, np.int64), frozen(points, np.float64), frozen(radii, np.float64)
     largest = _support(tree, joint, spheres, CELLS, math.radians(STEP_DEG))
     # The nearest direction that h is known in is at most half a cell's diagonal away.
     return float(largest / math.cos(math.atan(math.sqrt(2) / CELLS)))
 
 
-class _Joints(NamedTuple):
-    """Columns of a rig: parents, offsets [m], least and greatest angles [rad]."""
-
-    parent: np.ndarray
-    offset: np.ndarray
-    low: np.ndarray
-    high: np.ndarray
-
-
-class _Spheres(NamedTuple):
-    """Spheres in the frames of joints: centres (k, 3) and radii (k,) [m]."""
-
-    joints: np.ndarray
-    points: np.ndarray
-    radii: np.ndarray
-
-
 @njit(cache=True)
 def _support(tree, root, spheres, cells, step):  # type: ignore[no-untyped-def]
-    """Compute the largest h(u)/|u| over the grid, of all spheres as seen from joint ``root``."""
+    """Compute the largest h(u)/|u| over the grid, of all spheres as seen from joint ``root``.
+
+    tree: parents, offsets [m], least and greatest angles [rad] of a rig; spheres: their joints,
+    centres and radii [m]
+    """
     parent, offset, low, high = tree
     joints, points, radii = spheres
     grid = _directions(cells)
@@ -238,212 +390,18 @@ def _directions(cells):  # type: ignore[no-untyped-def]
     return grid
 
 
-P_POSES = 6
-"""Random allowed poses in which leaf appearances that span joints are measured, besides rest and
-straight.
-"""
-
-
-@dataclass(frozen=True, eq=False)
-class RiggedPrototype:
-    """One whole object that can be posed.
-
-    joint   (n,) joint that the part's origin rides on
-    place   (n, 3) the origin in that joint's frame; the joint's own by default [m]
-    hierarchy  positions at rest; P, R, B and separation for every allowed pose
-    inner, leaf, tints, view_dependence as in Prototype; motion: its walk, or whatever it does
-    limbs  (j,) what each joint carries, as a foot on an ankle; by default the joints' names
-    meshes  those of parts that own none, each in the frame of its part's joint; pictures show them
-            in place of ``leaf``. None where every part is sticks
-    """
-
-    name: str
-    rig: Rig
-    joint: np.ndarray
-    hierarchy: Hierarchy
-    inner: RiggedSticks
-    leaf: RiggedSticks
-    tints: np.ndarray
-    motion: Motion
-    place: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
-    view_dependence: ViewDependence = field(default_factory=ViewDependence)
-    limbs: tuple[str, ...] = ()
-    meshes: MeshTable | None = None
-
-    def __post_init__(self) -> None:
-        if not len(self.place):
-            object.__setattr__(self, "place", np.zeros((len(self.joint), 3)))
-        if not self.limbs:
-            object.__setattr__(self, "limbs", self.rig.name)
-        freeze(self, joint=np.int64, tints=np.float64, place=np.float64)
-        if self.motion.rotations.shape[1] != len(self.rig):
-            arrived = self.motion.rotations.shape[1]
-            raise InputError(f"{self.name}.motion", arrived, f"{len(self.rig)} joints")
-        if self.meshes is not None and len(self.meshes.count) != len(self.joint):
-            rule = "one mesh, or none, for each part"
-            raise InputError(f"{self.name}.meshes", len(self.meshes.count), rule)
-        if len(self.joint) != len(self.hierarchy) or self.joint.max() >= len(self.rig):
-            raise InputError(f"{self.name}.joint", len(self.joint), "one joint for each part")
-        for table in (self.inner, self.leaf):
-            if len(table) and max(table.start_joint.max(), table.end_joint.max()) >= len(self.rig):
-                raise InputError(f"{self.name}.sticks", "no such joint", "a joint of the rig")
-
-    def posed(
-        self,
-        rotations: Quaternions | None = None,
-        shift: tuple[float, float, float] | Reals = (0.0, 0.0, 0.0),
-    ) -> Prototype:
-        """Return the object in one pose, by default at rest; P, R and B stay those of all poses."""
-        origin, turn = self.rig.frames(rotations, shift)
-        position = to_object_frame(origin, turn, self.joint, self.place)
-        hierarchy = replace(self.hierarchy, position=position)
-        inner, leaf = (table.posed(origin, turn) for table in (self.inner, self.leaf))
-        meshes = self._posed_meshes(origin, turn)
-        looks = self.tints, self.view_dependence, meshes
-        return Prototype(self.name, hierarchy, inner, leaf, *looks)
-
-    def _posed_meshes(self, origin: Vectors, turn: Quaternions) -> MeshTable | None:
-        meshes = self.meshes
-        if meshes is None:
-            return None
-        joint = self.joint[meshes.vertex_owner]
-        at = to_object_frame(origin, turn, joint, meshes.vertices)
-        ahead = to_object_frame(np.zeros_like(origin), turn, joint, meshes.normals)
-        return replace(meshes, vertices=at, normals=ahead)
-
-    def full_detail_sticks(self) -> tuple[RiggedSticks, RiggedSticks]:
-        """Return what is shown while all parts are displayed: inner sticks, and leaf sticks of
-        ends.
-        """
-        owns = np.zeros(len(self.joint), bool)
-        owns[self.hierarchy.parent[1:]] = True
-        return self.inner.only(owns), self.leaf.only(~owns)
-
-    def with_motion(self, motion: Motion) -> "RiggedPrototype":
-        """Return the same object with another motion."""
-        return replace(self, motion=motion)
-
-    def scaled(self, factor: float) -> "RiggedPrototype":
-        """Return the object ``factor`` times as large, moving in a dynamically similar way."""
-        return RiggedPrototype(
-            self.name,
-            self.rig.scaled(factor),
-            self.joint,
-            self.hierarchy.scaled(factor),
-            self.inner.scaled(factor),
-            self.leaf.scaled(factor),
-            self.tints,
-            self.motion.scaled(factor),
-            self.place * factor,
-            self.view_dependence,
-            self.limbs,
-            None if self.meshes is None else self.meshes.scaled(factor),
-        )
-
-
-def rigid_prototype(prototype: Prototype) -> RiggedPrototype:
-    """Rig a prototype of one pose without joints: everything rides on the object's frame."""
-    none, nowhere = np.zeros((0, 3)), np.zeros(3)
-    empty = np.zeros(0, np.int64)
-    rig = Rig((), empty, none, np.zeros((0, 4)), none, none, nowhere, nowhere)
-
-    def fixed(table: StickTable) -> RiggedSticks:
-        on_frame = np.full(len(table), -1)
-        columns = *table.columns, on_frame, on_frame
-        return RiggedSticks.of(len(table.count), table.owner, *columns)
-
-    return RiggedPrototype(
-        name=prototype.name,
-        rig=rig,
-        joint=np.full(len(prototype.hierarchy), -1),
-        hierarchy=prototype.hierarchy,
-        inner=fixed(prototype.inner),
-        leaf=fixed(prototype.leaf),
-        tints=prototype.tints,
-        motion=rest_motion(rig),
-        place=prototype.hierarchy.position,
-        view_dependence=prototype.view_dependence,
-        meshes=prototype.meshes,
-    )
-
-
-def rigged(prototype: Prototype | RiggedPrototype) -> RiggedPrototype:
-    """Return a prototype as something that can be posed, if only in one way."""
-    return rigid_prototype(prototype) if isinstance(prototype, Prototype) else prototype
-
-
-def build_hierarchy(
-    rig: Rig,
-    parent: Ints,
-    level: Ints,
-    joint: Ints,
-    inner: RiggedSticks,
-    leaf: RiggedSticks,
-    tints: Float64[np.ndarray, "t 3"],
-    twin: Ints,
-) -> tuple[Hierarchy, Ints]:
-    """Build the hierarchy by the rule of this file, and find the joint of each part's origin, (n,).
-
-    joint (n,) where each would have its origin by itself; twin (n,) an earlier part that it is the
-    mirror image of, or itself
-    """
-    n = len(parent)
-    P = np.sqrt(_largest_areas(rig, leaf)[twin])
-    one = representative(parent, P)
-    joint = joint[one]
-    own, R, separation = np.zeros(n), np.zeros(n), np.zeros(n)
-    for row in np.flatnonzero(twin == np.arange(n)).tolist():
-        parts = np.flatnonzero(parent == row)
-        own[row] = _extent(rig, int(joint[row]), (inner, leaf), np.array([row]))
-        R[row] = max(own[row], _extent(rig, int(joint[row]), (inner, leaf), parts))
-        if row:
-            origin = np.array([joint[row]]), np.zeros((1, 3)), np.zeros(1)
-            separation[row] = reach_bound(rig, int(joint[parent[row]]), *origin)
-    own, R, separation = own[twin], R[twin], separation[twin]
-    B = own.copy()
-    for row in range(n - 1, 0, -1):
-        B[parent[row]] = max(B[parent[row]], separation[row] + B[row])
-    position = rig.frames()[0][joint]
-    lengths = max_over_tied(P, one), max_over_tied(R, one), B, separation
-    contrast = part_contrast(parent, leaf.posed(*rig.frames()), tints)[one]
-    return Hierarchy(parent, level, position, *lengths, contrast), joint
-
-
-def _extent(rig: Rig, joint: int, tables: tuple[RiggedSticks, ...], parts: Ints) -> float:
-    """Bound how far any stick of these parts can be from a joint [m]."""
-    columns: list[tuple[Ints, Points, Reals]] = []
-    for table in tables:
-        rows = np.flatnonzero(np.isin(table.owner, parts))
-        columns.append((table.start_joint[rows], table.start[rows], table.start_radius[rows]))
-        columns.append((table.end_joint[rows], table.end[rows], table.end_radius[rows]))
-    joints, points, radii = (np.concatenate(column) for column in zip(*columns, strict=True))
-    return reach_bound(rig, joint, joints, points, radii)
-
-
-def _largest_areas(rig: Rig, leaf: RiggedSticks) -> Reals:
-    areas = largest_area(leaf.posed(*rig.frames()))
-    spans = _spans_joints(leaf)
-    if spans.any():
-        some = leaf.only(spans)
-        straight = from_euler(np.clip(0.0, rig.low, rig.high))
-        rng = np.random.Generator(np.random.Philox(0))
-        for rotations in (straight, *rig.random_turns(rng, P_POSES)):
-            areas = np.maximum(areas, largest_area(some.posed(*rig.frames(rotations))))
-    return areas
-
-
-def _spans_joints(leaf: RiggedSticks) -> np.ndarray:
-    """Tell of which parts the leaf appearance rides on more than one joint, (n,)."""
-    n = len(leaf.first) - 1
-    least, most = np.full(n, np.iinfo(np.int64).max), np.full(n, -2)
-    for joints in (leaf.start_joint, leaf.end_joint):
-        np.minimum.at(least, leaf.owner, joints)
-        np.maximum.at(most, leaf.owner, joints)
-    return most > least
-
-
 def speed_bound(prototype: RiggedPrototype) -> float:
-    """Bound the speed of any point of the object against where it stands [m/s]."""
+    """Bound the speed of any point of the object against where it stands [m/s], at any phase.
+
+    A point on a joint moves with its joint's origin and with its turning, and the origin with the
+    joint above: from the root down,
+
+        speed of an origin ≤ speed of the origin above + rate of turn above · length of the offset,
+        rate of a turn     ≤ rate of the turn above + angle between two keys · keys / period,
+
+    and so for the ends of sticks. Feet that follow a slope (``leg_ik``) move faster: the body's own
+    speed is added for it, which suffices for ground no steeper than 45°.
+    """
     motion, rig = prototype.motion, prototype.rig
     if len(motion.rotations) == 1:
         return 0.0
@@ -457,18 +415,13 @@ def speed_bound(prototype: RiggedPrototype) -> float:
         length = float(np.linalg.norm(rig.offset[j]))
         speed[:, j] = bob if parent < 0 else speed[:, parent] + turning[:, parent] * length
         turning[:, j] = angle[:, j] + (0.0 if parent < 0 else turning[:, parent])
-    reach = _reach(prototype, len(rig))
-    fastest = float((speed + turning * reach).max())
-    return fastest + (motion.speed if len(motion.feet) else 0.0)
-
-
-def _reach(prototype: RiggedPrototype, joints: int) -> np.ndarray:
-    """Find the greatest distance from each joint to what rides on it, (joints,) [m]."""
-    reach = np.zeros(joints)
+    # The greatest distance from each joint to what rides on it.
+    reach = np.zeros(len(rig))
     ends: list[tuple[Ints, Points]] = [(prototype.joint, prototype.place)]
     for table in (prototype.inner, prototype.leaf):
         ends += [(table.start_joint, table.start), (table.end_joint, table.end)]
     for joint, place in ends:
         on = joint >= 0
         np.maximum.at(reach, joint[on], np.linalg.norm(place[on], axis=1))
-    return reach
+    fastest = float((speed + turning * reach).max())
+    return fastest + (motion.speed if len(motion.feet) else 0.0)

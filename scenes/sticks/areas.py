@@ -1,12 +1,4 @@
-"""Area of the union of the outlines of several sticks, seen along a direction.
-
-Rows are sampled, lengths are exact: the outlines are cut by evenly spaced parallel rows; in each
-row the union of the intervals is measured exactly, and the area is the sum over rows times their
-spacing (Cavalieri; midpoint rule).
-Rows are a fraction of the sticks' own radius apart, less fine where many sticks average out, which
-keeps the error of a composite well under 0.5 %.
-
-Area of a stick's silhouette: of its outline, seen from far off along a direction [m²].
+"""Areas of silhouettes along directions [m²]: of a stick, of several together, of flat triangles.
 
 A stick is the convex hull of two spheres, radii r₀ and r₁, a distance L apart. Along a direction
 at an angle φ to its axis it looks like the convex hull of two discs whose centres are l = L·sin φ
@@ -23,10 +15,11 @@ r₁)/L:
 
     S = 2π·r₀²·(1 + sin α) + 2π·r₁²·(1 − sin α) + π·(r₀ + r₁)·L·cos²α.
 
-Several sticks hide one another: the area of the union of their outlines is measured by
-``scenes.sticks.areas``.
-
-The largest area that a few flat triangles cover, over all directions of view.
+Several sticks hide one another. For the area of the union of their outlines rows are sampled and
+lengths are exact: the outlines are cut by evenly spaced parallel rows; in each row the union of the
+intervals is measured exactly, and the area is the sum over rows times their spacing (Cavalieri;
+midpoint rule). Rows are a fraction of the sticks' own radius apart, less fine where many sticks
+average out, which keeps the error of a composite well under 0.5 %.
 """
 
 import math
@@ -48,12 +41,141 @@ FINE, COARSE = 12.0, 5.0
 MOST_ROWS = 4096
 
 
+Directions = Float64[np.ndarray, "d 3"]
+
+DIRECTIONS = 64
+"""Directions over which composites are measured: about 10° apart from any other."""
+
+SEARCHED = 48
+"""Directions from the best of which the largest area is searched."""
+
+
+@lru_cache(maxsize=16)
+def directions(count: int = DIRECTIONS) -> Directions:
+    """Spread unit vectors evenly over a half sphere: an outline has no front and back.
+
+    A Fibonacci lattice (Swinbank & Purser, "Fibonacci grids", QJRMS 132, 2006), cut to z > 0.
+    """
+    k = np.arange(count) + 0.5
+    z = k / count
+    turn = 2 * np.pi * k * (np.sqrt(5) - 1) / 2
+    level = np.sqrt(1 - z * z)
+    spread = np.stack((level * np.cos(turn), level * np.sin(turn), z), axis=1)
+    spread.setflags(write=False)
+    return spread
+
+
+def outline_area(r0: Reals, r1: Reals, apart: Reals) -> Reals:
+    """A(l) of the formula above: the convex hull of two discs with centres ``apart`` [m²]."""
+    difference = r0 - r1
+    slim = np.abs(difference) < apart
+    sine = np.where(slim, difference / np.where(slim, apart, 1.0), 0.0)
+    a = np.arcsin(sine)
+    caps = r0 * r0 * (np.pi / 2 + a) + r1 * r1 * (np.pi / 2 - a)
+    hull = caps + (r0 + r1) * apart * np.sqrt(1 - sine * sine)
+    return np.where(slim, hull, np.pi * np.maximum(r0, r1) ** 2)
+
+
+def largest_outline_areas(table: StickTable) -> Reals:
+    """Return each stick's largest outline over all directions, (k,) [m²]."""
+    return outline_area(table.start_radius, table.end_radius, _lengths(table))
+
+
+def mean_outline_areas(table: StickTable) -> Reals:
+    """Return each stick's mean outline over all directions, S/4, (k,) [m²]."""
+    r0, r1, length = table.start_radius, table.end_radius, _lengths(table)
+    slim = np.abs(r0 - r1) < length
+    sine = np.where(slim, (r0 - r1) / np.where(slim, length, 1.0), 0.0)
+    caps = 2 * np.pi * (r0 * r0 * (1 + sine) + r1 * r1 * (1 - sine))
+    frustum = np.pi * (r0 + r1) * length * (1 - sine * sine)
+    return np.where(slim, caps + frustum, 4 * np.pi * np.maximum(r0, r1) ** 2) / 4
+
+
+def largest_area(table: StickTable, spread: Directions | None = None) -> Reals:
+    """Measure the largest area that each part's sticks cover together, (n,) [m²].
+
+    It is 0 for a part without sticks, in closed form for a part of one stick, and else searched
+    from the best of ``spread`` (SEARCHED).
+    """
+    spread = directions(SEARCHED) if spread is None else spread
+    return _exact_where_single(
+        table, lambda some: _largest_of_parts(some, spread), largest_outline_areas
+    )
+
+
+def mean_area(table: StickTable, spread: Directions | None = None, fineness: float = FINE) -> Reals:
+    """Measure the mean over directions of the area that each part's sticks cover, (n,) [m²]."""
+    spread = directions() if spread is None else spread
+    return _exact_where_single(
+        table, lambda some: areas_of_parts(some, spread, fineness).mean(axis=1), mean_outline_areas
+    )
+
+
+def _exact_where_single(
+    table: StickTable,
+    measured: Callable[[StickTable], Reals],
+    closed_form: Callable[[StickTable], Reals],
+) -> Reals:
+    """Areas of parts, (n,): of one stick in closed form, of several measured, else 0."""
+    areas, count = np.zeros(len(table.count)), table.count
+    single, several = np.flatnonzero(count == 1), np.flatnonzero(count > 1)
+    areas[single] = closed_form(table)[table.first[single]]
+    if len(several):
+        areas[several] = measured(table.of_parts(count > 1))
+    return areas
+
+
+def _lengths(table: StickTable) -> Reals:
+    axis = table.end - table.start
+    return np.sqrt((axis * axis).sum(axis=1))
+
+
+MOST_TRIANGLES = 12
+"""Most triangles of one part; the work doubles with each."""
+
+
+def largest_flat_areas(meshes: MeshTable) -> Reals:
+    """Measure the largest area over directions that the mesh of each part covers, (n,) [m²].
+
+    None of its triangles hides another. Triangles with normals a [m²], as long as their areas are
+    large, then cover Σ |a·d| along the unit vector d, which is the support function of a zonotope.
+    It is largest along the farthest corner Σ ±a, and all choices of signs are tried. A part without
+    a mesh covers nothing.
+
+    Raises InputError for a part of more than MOST_TRIANGLES.
+    """
+    corners = meshes.vertices[meshes.faces]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) / 2
+    largest = np.zeros(len(meshes.count))
+    for triangles in np.unique(meshes.count[meshes.count > 0]):
+        if triangles > MOST_TRIANGLES:
+            raise InputError(
+                "mesh", f"{triangles} triangles", f"at most {MOST_TRIANGLES} to a part"
+            )
+        parts = np.flatnonzero(meshes.count == triangles)
+        rows = meshes.first_face[parts][:, None] + np.arange(triangles)
+        signs = np.array([(1.0, *each) for each in product((1.0, -1.0), repeat=triangles - 1)])
+        zonotope = np.einsum("sk,pkx->psx", signs, normals[rows])
+        largest[parts] = np.linalg.norm(zonotope, axis=2).max(axis=1)
+    return largest
+
+
 def areas_of_parts(
     table: StickTable, directions: Float64[np.ndarray, "d 3"], fineness: float = FINE
 ) -> Float64[np.ndarray, "n d"]:
     """Compute the area of the union of each part's sticks along each direction, (n, d) [m²]."""
     columns = (table.start, table.end, table.start_radius, table.end_radius)
     return _areas(table.first, *columns, np.ascontiguousarray(directions), fineness)
+
+
+def _largest_of_parts(
+    table: StickTable, directions: Float64[np.ndarray, "d 3"]
+) -> Float64[np.ndarray, " n"]:
+    """Search the largest area of each part over all directions, from the given ones, (n,) [m²]."""
+    columns = (table.start, table.end, table.start_radius, table.end_radius)
+    areas = areas_of_parts(table, directions)
+    best = np.ascontiguousarray(directions[areas.argmax(axis=1)])
+    return _climb(table.first, *columns, best, areas.max(axis=1))
 
 
 @njit(cache=True)
@@ -70,16 +192,6 @@ def _areas(first, start, end, r0, r1, directions, fineness):  # type: ignore[no-
                 disc0, disc1 = (x0[a:b], y0[a:b], r0[a:b]), (x1[a:b], y1[a:b], r1[a:b])
                 areas[i, j] = _union_area(*disc0, *disc1, fineness)
     return areas
-
-
-def largest_of_parts(
-    table: StickTable, directions: Float64[np.ndarray, "d 3"]
-) -> Float64[np.ndarray, " n"]:
-    """Search the largest area of each part over all directions, from the given ones, (n,) [m²]."""
-    columns = (table.start, table.end, table.start_radius, table.end_radius)
-    areas = areas_of_parts(table, directions)
-    best = np.ascontiguousarray(directions[areas.argmax(axis=1)])
-    return _climb(table.first, *columns, best, areas.max(axis=1))
 
 
 @njit(cache=True)
@@ -253,122 +365,3 @@ def _sort(values, a, b):  # type: ignore[no-untyped-def]
                     values[k] = values[k - gap]
                     k -= gap
                 values[k] = value
-
-
-Directions = Float64[np.ndarray, "d 3"]
-
-DIRECTIONS = 64
-"""Directions over which composites are measured: about 10° apart from any other."""
-
-SEARCHED = 48
-"""Directions from the best of which the largest area is searched."""
-
-
-@lru_cache(maxsize=16)
-def directions(count: int = DIRECTIONS) -> Directions:
-    """Spread unit vectors evenly over a half sphere: an outline has no front and back.
-
-    A Fibonacci lattice (Swinbank & Purser, "Fibonacci grids", QJRMS 132, 2006), cut to z > 0.
-    """
-    k = np.arange(count) + 0.5
-    z = k / count
-    turn = 2 * np.pi * k * (np.sqrt(5) - 1) / 2
-    level = np.sqrt(1 - z * z)
-    spread = np.stack((level * np.cos(turn), level * np.sin(turn), z), axis=1)
-    spread.setflags(write=False)
-    return spread
-
-
-def outline_area(r0: Reals, r1: Reals, apart: Reals) -> Reals:
-    """A(l) of the formula above: the convex hull of two discs with centres ``apart`` [m²]."""
-    difference = r0 - r1
-    slim = np.abs(difference) < apart
-    sine = np.where(slim, difference / np.where(slim, apart, 1.0), 0.0)
-    a = np.arcsin(sine)
-    caps = r0 * r0 * (np.pi / 2 + a) + r1 * r1 * (np.pi / 2 - a)
-    hull = caps + (r0 + r1) * apart * np.sqrt(1 - sine * sine)
-    return np.where(slim, hull, np.pi * np.maximum(r0, r1) ** 2)
-
-
-def largest_outline_areas(table: StickTable) -> Reals:
-    """Return each stick's largest outline over all directions, (k,) [m²]."""
-    return outline_area(table.start_radius, table.end_radius, _lengths(table))
-
-
-def mean_outline_areas(table: StickTable) -> Reals:
-    """Return each stick's mean outline over all directions, S/4, (k,) [m²]."""
-    r0, r1, length = table.start_radius, table.end_radius, _lengths(table)
-    slim = np.abs(r0 - r1) < length
-    sine = np.where(slim, (r0 - r1) / np.where(slim, length, 1.0), 0.0)
-    caps = 2 * np.pi * (r0 * r0 * (1 + sine) + r1 * r1 * (1 - sine))
-    frustum = np.pi * (r0 + r1) * length * (1 - sine * sine)
-    return np.where(slim, caps + frustum, 4 * np.pi * np.maximum(r0, r1) ** 2) / 4
-
-
-def largest_area(table: StickTable, spread: Directions | None = None) -> Reals:
-    """Measure the largest area that each part's sticks cover together, (n,) [m²].
-
-    It is 0 for a part without sticks, in closed form for a part of one stick, and else searched
-    from the best of ``spread`` (SEARCHED).
-    """
-    spread = directions(SEARCHED) if spread is None else spread
-    return _exact_where_single(
-        table, lambda some: largest_of_parts(some, spread), largest_outline_areas
-    )
-
-
-def mean_area(table: StickTable, spread: Directions | None = None, fineness: float = FINE) -> Reals:
-    """Measure the mean over directions of the area that each part's sticks cover, (n,) [m²]."""
-    spread = directions() if spread is None else spread
-    return _exact_where_single(
-        table, lambda some: areas_of_parts(some, spread, fineness).mean(axis=1), mean_outline_areas
-    )
-
-
-def _exact_where_single(
-    table: StickTable,
-    measured: Callable[[StickTable], Reals],
-    closed_form: Callable[[StickTable], Reals],
-) -> Reals:
-    """Areas of parts, (n,): of one stick in closed form, of several measured, else 0."""
-    areas, count = np.zeros(len(table.count)), table.count
-    single, several = np.flatnonzero(count == 1), np.flatnonzero(count > 1)
-    areas[single] = closed_form(table)[table.first[single]]
-    if len(several):
-        areas[several] = measured(table.of_parts(count > 1))
-    return areas
-
-
-def _lengths(table: StickTable) -> Reals:
-    axis = table.end - table.start
-    return np.sqrt((axis * axis).sum(axis=1))
-
-
-MOST_TRIANGLES = 12
-"""Most triangles of one part; the work doubles with each."""
-
-
-def largest_flat_areas(meshes: MeshTable) -> Reals:
-    """Measure the largest area over directions that the mesh of each part covers, (n,) [m²].
-
-    None of its triangles hides another. Triangles with normals a [m²], as long as their areas are
-    large, then cover Σ |a·d| along the unit vector d, which is the support function of a zonotope.
-    It is largest along the farthest corner Σ ±a, and all choices of signs are tried. A part without
-    a mesh covers nothing.
-
-    Raises InputError for a part of more than MOST_TRIANGLES.
-    """
-    corners = meshes.vertices[meshes.faces]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) / 2
-    largest = np.zeros(len(meshes.count))
-    for triangles in np.unique(meshes.count[meshes.count > 0]):
-        if triangles > MOST_TRIANGLES:
-            raise InputError(
-                "mesh", f"{triangles} triangles", f"at most {MOST_TRIANGLES} to a part"
-            )
-        parts = np.flatnonzero(meshes.count == triangles)
-        rows = meshes.first_face[parts][:, None] + np.arange(triangles)
-        signs = np.array([(1.0, *each) for each in product((1.0, -1.0), repeat=triangles - 1)])
-        zonotope = np.einsum("sk,pkx->psx", signs, normals[rows])
-        largest[parts] = np.linalg.norm(zonotope, axis=2).max(axis=1)
-    return largest

@@ -1,24 +1,11 @@
-"""Tables by direction of view: the tabulated angles, and how a table is looked up between them.
-
-The elevation is that of the eye above the horizon, as a part sees it. The azimuth is the angle on
-the map between the eye and the sun, as a part sees them: at 0° the sun stands behind the eye.
-
-View dependence of leaf appearances: their area and brightness by elevation and azimuth.
+"""What of an object depends on the direction of view: shares of area and tones, by tables.
 
 A few smooth shapes that stand for hidden parts cover and shine otherwise than those parts do: the
 gaps between a conifer's flat boughs open and close with the elevation of the eye, the parts shade
 one another, and an eye between a tree and the sun sees less of that shade than one that looks
 toward the sun. Tables that ``scenes.appearance`` fits correct it: which share of their area
-(``lod.crossfade``) shapes show, and which multiple of their albedo they have. Area is
-the same from below as from above; light from below is taken for that from the side.
-
-Areas that depend on the direction of view: sticks scaled to a share of their area, and the
-largest area that a part covers when the share of its sticks changes with the elevation.
-
-A palette with darker tones: how a stick can change its brightness with the direction of view.
-
-Sticks have a row of a palette for a colour, and no brightness of their own. So each colour of a
-stick whose brightness depends on the view is followed by as many darker tones as it can need.
+(``lod.crossfade``) shapes show, and which multiple of their albedo they have. Area is the same from
+below as from above; light from below is taken for that from the side.
 """
 
 import math
@@ -183,6 +170,8 @@ def with_tone_steps(
 ) -> tuple[Ints, Float64[np.ndarray, "t 3"]]:
     """Give sticks whose brightness depends on the view tints in a longer palette.
 
+    Sticks have a row of a palette for a colour, and no brightness of their own. So each colour of a
+    stick whose brightness depends on the view is followed by as many darker tones as it can need.
     Returns their tints (k,) and that palette: all tones of a stick, from the lightest to the
     darkest, follow the tint that it is given.
     """

@@ -1,15 +1,4 @@
-"""Inherent contrast of parts: their own luminance against the backgrounds that they can have.
-
-Luminance is in units of that of white horizontal ground in sun and sky. A part has the mean albedo
-of its leaf appearance, under any irradiance from SHADED to LIT. Its background is the ground, from
-the darkest in shade to the driest in the sun, or the sky at the horizon, which is also the
-airlight, from HORIZONS' least to its greatest. The greatest contrast of all these counts, so that
-nothing visible is dropped. It is seldom below 1/2, because the sky may be behind anything: objects
-get the classes 1, 2 and 5.
-
-A whole has at least the class of its parts, because they are in the cut only together with it.
-
-A prototype: one whole object as a part hierarchy with the sticks of both appearances (§2.4).
+"""A prototype: one whole object as a part hierarchy with the sticks of both appearances (§2.4).
 
 The one rule by which priority P, range R, bound B and separation follow from the geometry, for a
 rigid object (one that is only placed, turned about the vertical and scaled):
@@ -18,7 +7,7 @@ rigid object (one that is only placed, turned about the vertical and scaled):
     extent      farthest that a part's own sticks, of either appearance and radius included, and
         the corners of its mesh are from a point
     P           √ of the largest area over directions that the leaf appearance covers, as it looks
-        from each (``union_area``, ``view_dependent_area``), or the part's mesh (``flat_area``)
+        from each (``largest_area_in_view``), or the part's mesh (``largest_flat_areas``)
     R           the greater of the extent of the part and the extents of its direct parts, from its
         origin
     B           the greater of the extent of the part and, over its parts, separation + B of the
@@ -26,6 +15,14 @@ rigid object (one that is only placed, turned about the vertical and scaled):
 
 An only part that is no smaller than its whole is one with it (``lod.hierarchy``): its
 origin is that of the whole, and the two share the greater P and R.
+
+Inherent contrast of parts: luminance is in units of that of white horizontal ground in sun and sky.
+A part has the mean albedo of its leaf appearance, under any irradiance from SHADED to LIT. Its
+background is the ground, from the darkest in shade to the driest in the sun, or the sky at the
+horizon, which is also the airlight, from HORIZONS' least to its greatest. The greatest contrast of
+all these counts, so that nothing visible is dropped. It is seldom below 1/2, because the sky may be
+behind anything: objects get the classes 1, 2 and 5. A whole has at least the class of its parts,
+because they are in the cut only together with it.
 """
 
 from dataclasses import dataclass, field, replace
@@ -169,38 +166,44 @@ def assemble_prototype(
         area = np.maximum(area, largest_flat_areas(meshes))
     P = np.sqrt(area)
     tied = representative(places.parent, P)
-    hierarchy = _hierarchy(places, tied, P, (inner, leaf), meshes)
-    # Prototype refuses what is bad.
-    prototype = Prototype(name, hierarchy, inner, leaf, tints, view_dependence, meshes)
-    contrast = part_contrast(places.parent, leaf, tints)[tied]
-    return replace(prototype, hierarchy=replace(hierarchy, contrast=contrast))
-
-
-def _hierarchy(
-    places: PartPlaces,
-    tied: Ints,
-    P: Reals,
-    tables: tuple[StickTable, ...],
-    meshes: MeshTable | None,
-) -> Hierarchy:
-    """The hierarchy of parts with these P, tied (n,) to their representatives: R, B and separation
-    by the rule above."""
     parent, origin = places.parent, places.origin[tied]
     part = np.flatnonzero(parent >= 0)
     owner = parent[part]
     separation = np.zeros(len(parent))
     separation[part] = _distance(origin[part], origin[owner])
-    own = _extent(tables, meshes, np.arange(len(parent)), origin)
+    own = _extent((inner, leaf), meshes, np.arange(len(parent)), origin)
     R = own.copy()
-    np.maximum.at(R, owner, _extent(tables, meshes, part, origin[owner]))
-    B = own.copy()
-    for row in part[::-1]:
-        B[parent[row]] = max(B[parent[row]], separation[row] + B[row])
+    np.maximum.at(R, owner, _extent((inner, leaf), meshes, part, origin[owner]))
+    B = bounds_of_all_below(parent, own, separation)
     lengths = max_over_tied(P, tied), max_over_tied(R, tied), B, separation
-    hierarchy = Hierarchy(parent, places.level, origin, *lengths)
-    if places.overlap is None:
-        return hierarchy
-    return replace(hierarchy, overlap=places.overlap)
+    contrast = part_contrast(parent, leaf, tints)[tied]
+    hierarchy = Hierarchy(parent, places.level, origin, *lengths, contrast)
+    if places.overlap is not None:
+        hierarchy = replace(hierarchy, overlap=places.overlap)
+    return Prototype(name, hierarchy, inner, leaf, tints, view_dependence, meshes)
+
+
+def bounds_of_all_below(parent: Ints, extent: Reals, separation: Reals) -> Reals:
+    """Compute the bound B of every part from its own extent and that of all below it, (n,) [m]."""
+    B = extent.copy()
+    for row in range(len(parent) - 1, 0, -1):
+        B[parent[row]] = max(B[parent[row]], separation[row] + B[row])
+    return B
+
+
+def box_middles(parent: Ints, owner: Ints, points: Points) -> Points:
+    """Find the middle of the box about the points of each part and of all below it, (n, 3) [m].
+
+    owner (k,) part of each point (k, 3); parent (n,) as in Hierarchy
+    """
+    low, high = np.full((len(parent), 3), np.inf), np.full((len(parent), 3), -np.inf)
+    np.minimum.at(low, owner, points)
+    np.maximum.at(high, owner, points)
+    for row in range(len(parent) - 1, 0, -1):
+        above = parent[row]
+        low[above] = np.minimum(low[above], low[row])
+        high[above] = np.maximum(high[above], high[row])
+    return (low + high) / 2
 
 
 def _extent(
@@ -232,12 +235,11 @@ def _distance(a: Points, b: Points) -> Reals:
 
 
 def _check(prototype: Prototype) -> None:
-    name, n = prototype.name, len(prototype.hierarchy)
-    tints = prototype.tints
-    views, sticks = prototype.view_dependence, len(prototype.leaf)
+    name, h, tints = prototype.name, prototype.hierarchy, prototype.tints
+    n, views, sticks = len(h), prototype.view_dependence, len(prototype.leaf)
     rows = views.rows(sticks)
     if len(rows) != sticks or rows.max(initial=-1) >= len(views.area_share):
-        rule = f"a row or -1 for each of {len(prototype.leaf)} sticks"
+        rule = f"a row or -1 for each of {sticks} sticks"
         raise InputError(f"{name}.view_dependence", len(rows), rule)
     if tints.ndim != 2 or tints.shape[1:] != (3,):
         raise InputError(f"{name}.tints", tints.shape, "one row of three for each tint")
@@ -245,22 +247,18 @@ def _check(prototype: Prototype) -> None:
         raise InputError(f"{name}.tints", "an albedo outside 0 to 1", "linear Rec.709, 0 to 1")
     for key, table in (("inner", prototype.inner), ("leaf", prototype.leaf)):
         if len(table.first) != n + 1:
-            raise InputError(
-                f"{name}.{key}", len(table.first) - 1, f"one entry for each of {n} parts"
-            )
+            rule = f"one entry for each of {n} parts"
+            raise InputError(f"{name}.{key}", len(table.first) - 1, rule)
         if len(table) and table.tint.max() >= len(tints):
             raise InputError(f"{name}.{key}.tint", int(table.tint.max()), f"0 to {len(tints) - 1}")
     empty = np.flatnonzero(prototype.leaf.count == 0)
     if len(empty):
-        raise InputError(
-            f"{name}.leaf", f"nothing for part {empty[0]}", "a leaf appearance is never empty"
-        )
-    h = prototype.hierarchy
+        rule = "a leaf appearance is never empty"
+        raise InputError(f"{name}.leaf", f"nothing for part {empty[0]}", rule)
     tables = prototype.inner, prototype.leaf
     extent = _extent(tables, prototype.meshes, np.arange(n), h.position)
     outside = np.flatnonzero(extent > h.R * (1 + 1e-9))
     if len(outside):
         row = int(outside[0])
-        raise InputError(
-            f"{name}.R[{row}]", float(h.R[row]), f"what it looks like reaches {extent[row]:.6g} m"
-        )
+        rule = f"what it looks like reaches {extent[row]:.6g} m"
+        raise InputError(f"{name}.R[{row}]", float(h.R[row]), rule)

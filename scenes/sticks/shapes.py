@@ -1,7 +1,5 @@
 """What is shown of one object: sticks, and the triangles of parts that are meshes.
 
-The sticks of a part hierarchy, and which of them each part hides.
-
 A part that owns parts has sticks of its own, which it shows as an inner node, or none; a part that
 owns none has what it always looks like: sticks, or a mesh, which small balls stand for where parts
 are gathered into fewer and larger ones.

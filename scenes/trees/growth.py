@@ -3,8 +3,6 @@
 After Weber & Penn (SIGGRAPH 1995): equations for lengths, radii, flare and placement are theirs,
 cited by section; tropism and random bending are simplified to a turn per segment. All branches of
 a level grow at once.
-
-A grown tree, and the sticks of its branches and leaves.
 """
 
 from dataclasses import dataclass

@@ -3,18 +3,16 @@
 J. Weber & J. Penn, "Creation and rendering of realistic trees", SIGGRAPH 1995: a trunk and levels
 of branches, each level with its own number, angles, length and curvature. Their names stand in
 quotes where ours say them otherwise. A species is one TOML file (``species/``), whose keys are the
-fields of these classes.
+fields of these classes; a comment beside each key says what it is, and its unit.
 
 Branches of the first level are called limbs and grow from the trunk; those of the last level are
 called twigs and bear the foliage; those between are called branches. A tree is a hierarchy of parts
 whose levels of detail are numbered like that: 0 is the whole tree, 1 limbs, and so on to the twigs
 and the foliage.
-
-The species of trees that there are: each one TOML file.
 """
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cache
 from importlib import resources
 from importlib.resources.abc import Traversable
@@ -41,15 +39,7 @@ SHADES = 5
 
 @dataclass(frozen=True)
 class Trunk:
-    """The trunk.
-
-    length      as a share of the tree's height ("0Length")
-    ratio       radius at the foot, as a share of the tree's height ("Ratio")
-    taper       how much thinner its top is than its foot, 0 to 1 ("0Taper")
-    flare       widening at the foot ("Flare")
-    curve_v     random bend from segment to segment [degrees] ("0CurveV")
-    root_depth  how far the foot reaches under the ground [m]
-    """
+    """The trunk."""
 
     __pydantic_config__ = CLOSED
 
@@ -63,25 +53,7 @@ class Trunk:
 
 @dataclass(frozen=True)
 class BranchLevel:
-    """One level of branches, which grow from those of the level before. Angles are in degrees.
-
-    branches         children of the longest parent; shorter parents bear fewer ("Branches")
-    base_size        where along the parent the first child stands, 0 base to 1 tip ("BaseSize")
-    length           greatest length, over the parent's, for limbs the trunk's ("Length")
-    length_falloff   how much shorter the last child is than the first, 0 to 1 (0.6 in §4.3); limbs
-                     follow the species' shape instead
-    down_angle_base, down_angle_tip   angle from the parent's direction at its base and at its tip
-                     ("DownAngle")
-    rotate           angle around the parent from one child to the next ("Rotate")
-    two_ranked       children stand level on either side of the parent in turn, and ``rotate`` does
-                     not count
-    angle_v          standard deviation of all these angles ("DownAngleV", "RotateV")
-    attraction_up    how far the tip turns up, above 0, or hangs, below 0 ("AttractionUp")
-    curve_v          random bend from segment to segment ("CurveV")
-    curve_res        segments of the chain ("CurveRes")
-    ratio_power      radius over the parent's = (length over the parent's)^ratio_power
-                     ("RatioPower")
-    """
+    """One level of branches, which grow from those of the level before."""
 
     __pydantic_config__ = CLOSED
 
@@ -111,30 +83,21 @@ class Shades:
 
     def colours(self) -> tuple[tuple[float, float, float], ...]:
         """Make SHADES colours from dark to light, evenly spaced in their logarithms."""
+
+        def mixed(a: float, b: float, share: float) -> float:
+            return round(math.exp((1 - share) * math.log(a) + share * math.log(b)), 4)
+
+        (r, s), (g, h), (b, c) = zip(self.dark, self.light, strict=True)
         steps = [k / (SHADES - 1) for k in range(SHADES)]
-        pairs = list(zip(self.dark, self.light, strict=True))
-        return tuple(
-            (_log_mix(*pairs[0], s), _log_mix(*pairs[1], s), _log_mix(*pairs[2], s)) for s in steps
-        )
-
-
-def _log_mix(a: float, b: float, share: float) -> float:
-    """Interpolate between two numbers in their logarithms, to four decimals."""
-    return round(math.exp((1 - share) * math.log(a) + share * math.log(b)), 4)
+        return tuple((mixed(r, s, x), mixed(g, h, x), mixed(b, c, x)) for x in steps)
 
 
 @dataclass(frozen=True)
 class Foliage:
     """The foliage: leaves as short cones, several on each twig; for a conifer, shoots with needles.
 
-    leaves        on the longest twig; shorter twigs bear fewer ("Leaves")
-    length        between the centres of a leaf's two round ends [m] ("LeafScale")
-    base_radius, tip_radius   of its two ends [m]
-    offset        how far leaves stand off the twig [m]
-    upturn        how far they turn up to the light, below 0 down
-    albedo        shades of leaves by season; the tree is bare in a season that is absent
-    two_ranked    they stand level on either side of the twig, as in a comb
-    forward_lean  how far they lean to the tip of the twig
+    The tree is bare in a season that ``albedo`` lacks. Two-ranked leaves stand level on either side
+    of the twig, as in a comb.
     """
 
     __pydantic_config__ = CLOSED
@@ -152,17 +115,7 @@ class Foliage:
 
 @dataclass(frozen=True)
 class TreeSpecies:
-    """A species of tree.
-
-    scale, scale_v  mean and standard deviation of the height [m] ("Scale", "ScaleV")
-    shape         length of limbs along the crown, from its base 0 to its top 1, as a share of the
-                  longest ("Shape")
-    min_radius    radius of the thinnest twig [m]
-    broken_share  share of branches that have snapped
-    bark_albedo   of the trunk, and of branches of all levels
-    levels        limbs, branches and so on to twigs
-    foliage       None where the species has no foliage in any season
-    """
+    """A species of tree; ``foliage`` is None where it has none in any season."""
 
     __pydantic_config__ = CLOSED
 
@@ -182,10 +135,6 @@ class TreeSpecies:
         shades = self.foliage.albedo if self.foliage else {}
         return next((each.colours() for name, each in shades.items() if name == season), ())
 
-    def bare(self) -> "TreeSpecies":
-        """Make the species without foliage."""
-        return replace(self, foliage=None)
-
 
 SEASONS = ("spring", "summer", "autumn", "winter")
 
@@ -201,18 +150,13 @@ class Weather:
 CALM_SUMMER = Weather()
 
 
-def species_folder() -> Traversable:
-    """Return the folder of the files."""
-    return resources.files("scenes.trees") / "species"
-
-
 @cache
 def tree_species(name: str) -> TreeSpecies:
     """Read the species of a name (see ``scenes.model_files.names.tree_species_names``).
 
     Raises InputError for anything in its file that breaks a rule.
     """
-    return read_species(species_folder() / f"{name}.toml")
+    return read_species(resources.files("scenes.trees") / "species" / f"{name}.toml")
 
 
 def read_species(parameters: Traversable) -> TreeSpecies:

@@ -1,4 +1,4 @@
-"""Prototypes of trees: trunk, limbs, branches, twigs and foliage, each a level of detail.
+"""Prototypes of trees, still, and swaying in the wind.
 
 Level 0 is the whole tree, and as an inner node the trunk; 1 limbs; 2 branches; then twigs, where a
 species has them; last the foliage, leaf by leaf. A part's origin is the base of its branch, or the
@@ -7,12 +7,10 @@ branch is its own chain of sticks. Its leaf appearance is a few blobs and what i
 chain, which cover on average over directions what the hidden branches and leaves would
 (``scenes.appearance``).
 
-The sway of trees in the wind: trunk and limbs bend a little, each tree in its own phase.
-
-The trunk bends at three joints, and each limb turns at its base with all that it bears; branches,
-twigs and leaves ride on their limb. Angles are sums of a few harmonics of one long cycle, so that a
-tree sways evenly and comes back to where it began. Drag grows as the square of the wind's speed,
-and so do the angles; the amounts are chosen by eye. Without wind there are no joints at all.
+In the wind the trunk bends at three joints, and each limb turns at its base with all that it bears;
+branches, twigs and leaves ride on their limb. Angles are sums of a few harmonics of one long cycle,
+so that a tree sways evenly and comes back to where it began. Drag grows as the square of the wind's
+speed, and so do the angles; the amounts are chosen by eye. Without wind there are no joints at all.
 
 How far anything can get is bounded in closed form. A turn by angle a about a joint moves a point r
 from it by 2·r·sin(a/2); turns of joints further down carry that along unchanged. So what rides on
@@ -30,8 +28,7 @@ import numpy as np
 
 from lod.arrays import Ints, Points, Reals
 from lod.errors import InputError
-from lod.hierarchy import Hierarchy
-from lod.shapes import MeshTable, StickTable
+from lod.shapes import StickTable
 from scenes.appearance.fit import fit_appearances
 from scenes.rig.rig import Motion, Rig, RiggedSticks, key_phases
 from scenes.rig.rigged_prototype import RiggedPrototype
@@ -41,7 +38,7 @@ from scenes.sticks.shapes import PartSticks
 from scenes.trees.growth import GrownTree, grow
 from scenes.trees.species import SEASONS, TreeSpecies
 
-_STREAM = 0x7EE
+_STREAM, _SWAY_STREAM = 0x7EE, 0x5A7
 
 
 @lru_cache(maxsize=32)
@@ -62,8 +59,8 @@ def grow_tree(species: TreeSpecies, seed: int, k: int, season: str = "summer") -
     """Grow the k-th tree of a seed; its wood is the same in every season."""
     rng = np.random.Generator(np.random.Philox(np.random.SeedSequence((seed, _STREAM, k))))
     shades = species.foliage_colours(season)
-    if species.foliage and not shades:
-        species = species.bare()
+    if not shades:
+        species = replace(species, foliage=None)
     levels, foliage = grow(species, rng)
     bark = np.array(species.bark_albedo)
     if not shades:
@@ -86,41 +83,29 @@ def grow_tree(species: TreeSpecies, seed: int, k: int, season: str = "summer") -
 
 def _prototype(name: str, tree: GrownTree) -> Prototype:
     """Make the prototype of a grown tree, whose rows are parts, level by level."""
-    counts = [len(level) for level in tree.levels]
-    tables = [tree.branch_sticks(k) for k in range(len(tree.levels))]
-    if len(tree.foliage.twig):
-        counts.append(len(tree.foliage.twig))
+    levels, foliage = tree.levels, tree.foliage
+    counts = [len(level) for level in levels]
+    tables = [tree.branch_sticks(k) for k in range(len(levels))]
+    if len(foliage.twig):
+        counts.append(len(foliage.twig))
         tables.append(tree.foliage_sticks())
     row = [0, *np.cumsum(counts).tolist()]  # first of each level, and the number of parts
-    places = _places(tree, counts, row)
-    own = StickTable.merge([_from_row(t, row[k], row[-1]) for k, t in enumerate(tables)])
-    parts = PartSticks(places.parent, places.level, own, tree.palette)
+    above = [row[k - 1] + levels[k].parent for k in range(1, len(levels))]
+    bases = [level.nodes[:, 0] for level in levels[1:]]
+    parent = np.concatenate(([-1], *above, row[len(levels) - 1] + foliage.twig))
+    level = np.repeat(np.arange(len(counts)), counts)
+    origin = np.concatenate((np.zeros((1, 3)), *bases, (foliage.start + foliage.end) / 2))
+    own = StickTable.merge([t.with_owner(row[-1], t.owner + row[k]) for k, t in enumerate(tables)])
+    parts = PartSticks(parent, level, own, tree.palette)
     fitted = fit_appearances(parts)
     return assemble_prototype(
         name,
-        replace(places, overlap=fitted.overlap),
+        PartPlaces(parent, level, origin, fitted.overlap),
         own.only(parts.owns),
         fitted.leaf,
         tints=tree.palette,
         view_dependence=fitted.view_dependence,
     )
-
-
-def _places(tree: GrownTree, counts: list[int], row: list[int]) -> PartPlaces:
-    """Place the parts: a branch at its base, a leaf of the foliage at its middle."""
-    levels, foliage = tree.levels, tree.foliage
-    branches = [row[k - 1] + levels[k].parent for k in range(1, len(levels))]
-    bases = [level.nodes[:, 0] for level in levels[1:]]
-    return PartPlaces(
-        parent=np.concatenate(([-1], *branches, row[len(levels) - 1] + foliage.twig)),
-        level=np.repeat(np.arange(len(counts)), counts),
-        origin=np.concatenate((np.zeros((1, 3)), *bases, (foliage.start + foliage.end) / 2)),
-    )
-
-
-def _from_row(table: StickTable, row: int, n: int) -> StickTable:
-    """Make a table of some parts one of n parts, as rows ``row`` and on."""
-    return table.with_owner(n, table.owner + row)
 
 
 TRUNK_DEG, LIMB_DEG = 0.6, 2.5
@@ -140,8 +125,6 @@ TRUNK_BEATS, LIMB_BEATS = (4, 5, 7), (5, 6, 8, 11)
 KEYS = 256
 """Key poses in a cycle."""
 
-_STREAM_sway = 0x5A7
-
 
 @lru_cache(maxsize=32)
 def swaying_trees(
@@ -149,7 +132,7 @@ def swaying_trees(
 ) -> tuple[RiggedPrototype, ...]:
     """Make the trees of ``tree_prototypes`` sway in a wind of that speed [m/s]."""
     trees = tree_prototypes(seed, count, species, season)
-    seeds = (np.random.SeedSequence((seed, _STREAM_sway, k)) for k in range(count))
+    seeds = (np.random.SeedSequence((seed, _SWAY_STREAM, k)) for k in range(count))
     rngs = (np.random.Generator(np.random.Philox(each)) for each in seeds)
     return tuple(swaying(tree, wind, rng) for tree, rng in zip(trees, rngs, strict=True))
 
@@ -168,74 +151,45 @@ def swaying(
     """
     h = tree.hierarchy
     limbs = np.flatnonzero(h.level == 1)
-    at = np.concatenate((_trunk_nodes(tree), h.position[limbs] if feet is None else feet))
-    parent = _parents(at)
-    joint = _joints_of_parts(h)
-    inner = _rigged(tree.inner, joint, at, bends=True)
-    leaf = _rigged(tree.leaf, joint, at, bends=False)
+    # The trunk's joints stand evenly along it, from its foot on the ground up.
+    trunk = tree.inner.start[1 : tree.inner.first[1]]  # its first stick is under the ground
+    trunk = trunk[np.arange(TRUNK_JOINTS) * len(trunk) // TRUNK_JOINTS]
+    at = np.concatenate((trunk, h.position[limbs] if feet is None else feet))
+    # A limb's parent is the trunk's highest joint that is not above it.
+    below = np.searchsorted(trunk[:, 2], at[TRUNK_JOINTS:, 2] + 1e-9) - 1
+    parent = np.concatenate((np.arange(TRUNK_JOINTS) - 1, np.maximum(below, 0)))
     most = np.where(np.arange(len(at)) < TRUNK_JOINTS, *most_deg)
     rig = _rig(at, parent, most * (wind / GALE_M_S) ** 2)
-    place = h.position - at[joint]
-    still_there = replace(h, **_reaches(tree, rig, at))
-    motion = _motion(rig, float(h.position[:, 2].max()), rng)
-    return RiggedPrototype(
-        tree.name,
-        rig,
-        joint,
-        still_there,
-        inner,
-        leaf,
-        tree.tints,
-        motion,
-        place,
-        tree.view_dependence,
-        meshes=None if tree.meshes is None else _on_joints(tree.meshes, at[joint]),
-    )
-
-
-def _trunk_nodes(tree: Prototype) -> Points:
-    """Place the trunk's joints evenly along it, from its foot on the ground up, (j, 3) [m]."""
-    trunk = tree.inner.start[1 : tree.inner.first[1]]  # its first stick is under the ground
-    return trunk[np.arange(TRUNK_JOINTS) * len(trunk) // TRUNK_JOINTS]
-
-
-def _parents(at: Points) -> Ints:
-    """Find each joint's parent: for a limb, the trunk's highest joint that is not above it."""
-    trunk = at[:TRUNK_JOINTS, 2]
-    below = np.searchsorted(trunk, at[TRUNK_JOINTS:, 2] + 1e-9) - 1
-    return np.concatenate((np.arange(TRUNK_JOINTS) - 1, np.maximum(below, 0)))
-
-
-def _joints_of_parts(h: Hierarchy) -> Ints:
-    """Find the joint that each part rides on; for the whole tree it is the trunk's first."""
-    joint, limbs = np.zeros(len(h), np.int64), np.flatnonzero(h.level == 1)
+    # All else rides with its limb; the whole tree rides on the trunk's first joint.
+    joint = np.zeros(len(h), np.int64)
     joint[limbs] = TRUNK_JOINTS + np.arange(len(limbs))
     for level in range(2, int(h.level.max()) + 1):
         rows = np.flatnonzero(h.level == level)
         joint[rows] = joint[h.parent[rows]]
-    return joint
-
-
-def _rigged(table: StickTable, joint: np.ndarray, at: np.ndarray, bends: bool) -> RiggedSticks:
-    """Put sticks on the joints (n,) of their parts, which are at points (j, 3).
-
-    If the trunk bends, each end of its sticks rides on the joint below.
-    """
+    # As the trunk bends, each end of its sticks rides on the joint below.
     ends = []
-    for points in (table.start, table.end):
-        on = joint[table.owner]
-        if bends:
-            trunk, heights = table.owner == 0, at[:TRUNK_JOINTS, 2]
-            on[trunk] = np.maximum(np.searchsorted(heights, points[trunk, 2] - 1e-9) - 1, 0)
-        ends.append((points - at[on], on))
-    (start, start_joint), (end, end_joint) = ends
-    radii = table.start_radius, table.end_radius
-    return RiggedSticks(table.first, start, end, *radii, table.tint, start_joint, end_joint)
-
-
-def _on_joints(meshes: MeshTable, joint_of_part: Points) -> MeshTable:
-    """Measure meshes from the joints (n, 3) that their parts ride on."""
-    return replace(meshes, vertices=meshes.vertices - joint_of_part[meshes.vertex_owner])
+    for points in (tree.inner.start, tree.inner.end):
+        on = joint[tree.inner.owner]
+        own = tree.inner.owner == 0
+        on[own] = np.maximum(np.searchsorted(trunk[:, 2], points[own, 2] - 1e-9) - 1, 0)
+        ends.append(on)
+    of_leaf, meshes = joint[tree.leaf.owner], tree.meshes
+    if meshes is not None:
+        from_joint = meshes.vertices - at[joint][meshes.vertex_owner]
+        meshes = replace(meshes, vertices=from_joint)
+    return RiggedPrototype(
+        tree.name,
+        rig,
+        joint,
+        replace(h, **_reaches(tree, rig, joint, at)),
+        RiggedSticks.on(tree.inner, ends[0], ends[1], at),
+        RiggedSticks.on(tree.leaf, of_leaf, of_leaf, at),
+        tree.tints,
+        _motion(rig, float(h.position[:, 2].max()), rng),
+        h.position - at[joint],
+        tree.view_dependence,
+        meshes=meshes,
+    )
 
 
 def _rig(at: Points, parent: Ints, most_deg: Reals) -> Rig:
@@ -248,17 +202,19 @@ def _rig(at: Points, parent: Ints, most_deg: Reals) -> Rig:
     return Rig(tuple(names), parent, offset, rest, -high, high, np.zeros(3), np.zeros(3))
 
 
-def _reaches(tree: Prototype, rig: Rig, at: Points) -> dict[str, np.ndarray]:
+def _reaches(tree: Prototype, rig: Rig, joint: Ints, at: Points) -> dict[str, np.ndarray]:
     """Compute R, B and separation for every pose.
 
     They grow for the whole tree and its limbs only, which move as seen from the tree's foot.
     """
     h = tree.hierarchy
     limbs = np.flatnonzero(h.level == 1)
-    moves = _moves(rig)
+    # 2·sin(a/2) of each joint's largest turn a: of Ry·Rx, cos(a/2) = cos(x/2)·cos(y/2).
+    cosine = np.cos(np.radians(rig.high[:, 0]) / 2) * np.cos(np.radians(rig.high[:, 1]) / 2)
+    moves = 2 * np.sqrt(1 - cosine**2)
     direct = np.zeros(len(h), bool)
     direct[0] = direct[limbs] = True
-    reach, joint = 0.0, _joints_of_parts(h)
+    reach = 0.0
     for table in (tree.inner, tree.leaf):
         rows = np.flatnonzero(direct[table.owner])
         for points, radii in ((table.start, table.start_radius), (table.end, table.end_radius)):
@@ -275,15 +231,6 @@ def _reaches(tree: Prototype, rig: Rig, at: Points) -> dict[str, np.ndarray]:
     R[0] = max(R[0], reach)
     B[0] = max(B[0], reach, float((separation[limbs] + B[limbs]).max()))
     return {"R": R, "B": B, "separation": separation}
-
-
-def _moves(rig: Rig) -> Reals:
-    """Compute 2·sin(a/2) of the largest turn of each joint about x and y together, (j,).
-
-    Ry·Rx turns by a, cos(a/2) = cos(x/2)·cos(y/2).
-    """
-    cosine = np.cos(np.radians(rig.high[:, 0]) / 2) * np.cos(np.radians(rig.high[:, 1]) / 2)
-    return 2 * np.sqrt(1 - cosine**2)
 
 
 def _farthest(

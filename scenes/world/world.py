@@ -1,6 +1,7 @@
 """From a preset to a world: the ground, the fields on it, and what is placed one by one."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -66,11 +67,13 @@ class World:
 
 
 def build_world(
-    preset: Preset, performance: Performance | None = None, prototype_seed: int = PROTOTYPE_SEED
+    preset: Preset,
+    performance: Callable[[], Performance] | None = None,
+    prototype_seed: int = PROTOTYPE_SEED,
 ) -> World:
     """Build a preset's world, of which no part exists before a view asks for it.
 
-    performance     what its actors do, where that is known already
+    performance     gives what its actors do, where that is known already
     prototype_seed  every seed gives other individuals of the species; frames are made with the
                     default, so that only experiments meet others
     """
@@ -113,13 +116,15 @@ def build_world(
     return World(ground, fields, placed, plumes, dust, others, cast)
 
 
-def _cast(preset: Preset, terrain: Terrain, performance: Performance | None) -> Cast | None:
+def _cast(
+    preset: Preset, terrain: Terrain, performance: Callable[[], Performance] | None
+) -> Cast | None:
     """Make the actors of a preset; what makes them is only imported where there are any."""
     if not has_acting(preset):
         return None
     from scenes.world.cast import make_cast
 
-    return make_cast(preset, terrain, performance)
+    return make_cast(preset, terrain, performance and performance())
 
 
 def make_terrain(preset: Preset) -> Terrain:

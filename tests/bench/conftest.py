@@ -10,7 +10,7 @@ from bench.experiments.law import EXPERIMENT, SampledCase
 from bench.records.records import write_record
 from bench.report.write import write_report
 from bench.runs import RunRequest, run_experiment
-from bench.statistics.samples import StoppingRule
+from bench.statistics.estimates import StoppingRule
 
 
 @pytest.fixture(scope="session")

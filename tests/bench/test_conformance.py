@@ -18,7 +18,7 @@ from bench.experiments.law import EXPERIMENT as law
 from bench.experiments.law import SampledCase
 from bench.records.provenance import provenance
 from bench.runs import sources
-from bench.statistics.samples import StoppingRule
+from bench.statistics.estimates import StoppingRule
 from lod.errors import InputError
 from lod.metric import METRICS, Metric
 from lod.pruner import prune
@@ -110,14 +110,14 @@ def test_a_broken_one_costs_a_clear_line(capfd, flags, says):
 
 @pytest.mark.usefixtures("package")
 def test_theirs_keep_the_rules_of_ours(capfd):
-    code, out, _ = said(capfd, "check", "halfway", "fence", "--json")
+    code, out, _ = said(capfd, "doctor", "--check", "halfway", "--check", "fence", "--json")
     assert code == 0
     assert [json.loads(line)["broken"] for line in out.splitlines()] == [{}, {}]
 
 
 @pytest.mark.usefixtures("package")
 def test_check_notices_and_names_what_is_broken(capfd):
-    code, out, err = said(capfd, "check", "sloppy", "missing")
+    code, out, err = said(capfd, "doctor", "--check", "sloppy", "--check", "missing")
     assert code == 1
     assert "another limit when asked alone" in out
     assert "No module named" in out

@@ -11,13 +11,13 @@ import pytest
 
 from bench import counting as count_field
 from bench.experiment import experiments
-from bench.experiments.cover import measure as cover
-from bench.experiments.popping import unexplained_change
+from bench.images import cover
 from bench.runs import run_experiment
 from lod.air import CLEAR
 from scenes.field import prototypes as lit_prototypes
 from scenes.field import prototypes as posed_species
 from scenes.render import haze
+from scenes.scene import Scene
 from scenes.world import world
 
 EXPERIMENTS = experiments()
@@ -88,10 +88,10 @@ def test_larger_priorities_in_the_pruner_alone_are_found_by_scaling(monkeypatch)
 def test_fading_that_is_off_is_found_by_popping(monkeypatch):
     """The way that is said to fade clips like the other."""
     cases = [replace(each, walks=2) for each in quick_cases("popping") if getattr(each, "way", "")]
-    before, view_at = verdicts("popping", cases), unexplained_change.view_at
-    monkeypatch.setattr(unexplained_change, "view_at", lambda *of: replace(view_at(*of), fade=0.0))
+    before, view = verdicts("popping", cases), Scene.view
+    monkeypatch.setattr(Scene, "view", lambda *of: replace(view(*of), fade=0.0))
     after = verdicts("popping", cases)
-    name = "walk/fading/popped"
+    name = "parts_popped_between_two_frames/meadow_in_a_window_of_120_m/fading"
     assert (before[name], after[name]) == ("holds", "refuted")
 
 

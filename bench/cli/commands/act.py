@@ -23,11 +23,13 @@ from lod.errors import InputError
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
 def command(preset: str, folder: str, max_memory: str | None, as_json: bool, **flags: Any) -> None:
     """Act all frames once; `render` into the same folder replays them."""
-    from scenes.render.acting_track import check_track, prepare_track, read_track, track_path
+    from scenes.render.acting_track import prepare_track, read_track, track_path
+    from scenes.render.memory import preflight
+    from scenes.scene import Scene
 
     most_bytes = memory_limit_bytes(max_memory)
     chosen = preset_from_flags(preset, **flags)
-    check_track(chosen, most_bytes)
+    preflight(Scene(chosen), (), most_bytes, acted=chosen.acting.frames + 1)
     digest = prepare_track(chosen, folder)
     if digest is None:
         cure = "add a table [actors.NAME], or see docs/actors.md"

@@ -29,12 +29,13 @@ def command(
     position and orientation are in the frame of the part's whole; where is in the scene.
     """
     from scenes.actors.say import plain
-    from scenes.render.memory import check_acting
+    from scenes.render.memory import preflight
+    from scenes.scene import Scene
     from scenes.world.cast import answer_at
 
     most_bytes = memory_limit_bytes(max_memory)
     chosen = preset_from_flags(preset, **flags)
-    check_acting(chosen, most_bytes)
+    preflight(Scene(chosen), (), most_bytes)
     found = plain(answer_at(chosen, words, frame))
     with output(as_json) as out:
         out.record({"asked": words, "frame": frame, "answer": found})

@@ -11,9 +11,9 @@ from bench.cli.flags import (
     preset_from_flags,
     view_flags,
 )
-from bench.cli.output import Output, collector_paused, output, progress_bar, table, tell_first_run
+from bench.cli.output import Output, output, progress_bar, table, tell_first_run
 from lod.errors import InputError
-from scenes.render.memory import peak_rss_bytes
+from scenes.processes.memory import peak_rss_bytes
 
 if TYPE_CHECKING:
     from bench.frame_counts import Counts, SpeciesCount, Workload
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
 @memory_flag
 @click.option("--frame", type=click.IntRange(1, 999_999), default=1, help="Frame number, from 1.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
-@collector_paused()
 def command(preset: str, frame: int, as_json: bool, max_memory: str | None, **flags: Any) -> None:
     """Objects and parts of one frame: examined, displayed, predicted.
 
@@ -38,22 +37,21 @@ def command(preset: str, frame: int, as_json: bool, max_memory: str | None, **fl
         _check_as_it_is(workload, chosen, frame)
     from bench.frame_counts import Stopwatch, count
     from scenes.render.budget import within_budget
-    from scenes.render.memory import check_prototypes, check_pruning
+    from scenes.render.memory import preflight
     from scenes.scene import Scene
 
     tell_first_run()
     watch = Stopwatch()
     with output(as_json) as out:
         with watch.stage("build"):
-            check_prototypes(chosen, most_bytes)
             chosen = within_budget(chosen, (frame,), most_bytes, out.note)
             scene = Scene(chosen)
-            view = scene.view(frame)
         with progress_bar("step") as show:
             show(0, 1, "memory")
-            with watch.stage("foretell"):
-                foretold = check_pruning(scene.world, view, most_bytes, f"frame {frame}")
-            counts = count(scene.world, view, foretold.ground if foretold else None, show)
+            with watch.stage("estimate"):
+                estimated = preflight(scene, (frame,), most_bytes)
+            ground = estimated.ground if estimated else None
+            counts = count(scene.world, scene.view(frame), ground, show)
         seconds = watch.seconds | counts.seconds
         wrong = workload.mismatches(counts) if workload else []
         told = {"name": workload.name, "golden": not wrong} if workload else None

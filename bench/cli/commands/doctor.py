@@ -1,4 +1,4 @@
-"""`lodbench doctor`: what works on this machine, and what is missing."""
+"""`lodbench doctor`: what works on this machine, what is kept on it, and what plug-ins break."""
 
 import os
 import platform
@@ -11,15 +11,33 @@ import click
 from bench.cli.flags import StrictCommand
 from bench.cli.kernel_cache import VARIABLE, kernel_cache_state
 from bench.cli.output import Output, output, table
+from lod.errors import InputError
 from scenes.processes.cache import VARIABLE as CACHE
 
 PACKAGES = ("lodbench", "mitsuba", "drjit", "OpenEXR", "numpy", "scipy", "numba", "colour-science")
 
 
 @click.command("doctor", cls=StrictCommand)
-@click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
-def command(as_json: bool) -> None:
-    """Mitsuba's variants, LLVM, memory, disk, processor and versions."""
+@click.option("--clear-cache", is_flag=True, help="Remove what is kept; the next command makes it.")
+@click.option(
+    "--check",
+    "names",
+    multiple=True,
+    metavar="NAME|all",
+    help="Hold a metric or representation, or all that are installed, against the rules.",
+)
+@click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout, or per NAME.")
+def command(clear_cache: bool, names: tuple[str, ...], as_json: bool) -> None:
+    """Mitsuba's variants, LLVM, memory, disk, cache, processor and versions.
+
+    Grown trees, their tables and compiled kernels are kept so that commands start at once. Nothing
+    needs them. LODBENCH_CACHE names another folder.
+    """
+    if names:
+        _check(names, as_json)
+        return
+    if clear_cache:
+        _clear_cache()
     with output(as_json) as out:
         found = examine()
         out.record(found)
@@ -31,10 +49,12 @@ def examine() -> dict[str, Any]:
     import psutil
 
     from bench.records.provenance import cpu_name, package_version
-    from scenes.processes.cache import writable_cache
+    from scenes.processes.cache import cache_contents, writable_cache
     from scenes.render.pictures import ffmpeg_path
     from scenes.render.variants import choose, probe
 
+    cache = writable_cache()
+    kinds = {each.kind: each for each in (cache_contents(cache) if cache else ())}
     seen, memory, disk = probe(), psutil.virtual_memory(), shutil.disk_usage(os.getcwd())
     return {
         "variants": seen.variants,
@@ -49,7 +69,8 @@ def examine() -> dict[str, Any]:
             "threads": psutil.cpu_count(),
             "usable": len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else None,
         },
-        "cache": writable_cache(),
+        "cache": cache,
+        "cached": {k: {"files": e.entries, "bytes": e.size_bytes} for k, e in kinds.items()},
         "kernels": kernel_cache_state(),
         "ffmpeg": ffmpeg_path(),
         "python": platform.python_version(),
@@ -74,8 +95,8 @@ def _say(out: Output, found: dict[str, Any]) -> None:
         ("disk", f"{disk['free_bytes'] * gib:.1f} GiB free in {disk['folder']}"),
         ("processor", f"{cpu['name']}, {cpu['threads']} threads, {cpu['usable']} usable here"),
         ("cache", found["cache"] or f"nothing is kept: no folder can be written to (set {CACHE})"),
+        ("kept", _kept(found["cached"])),
         ("kernels", _kernels(found["kernels"])),
-        ("temporary", found["kernels"]["temporary"] or "no folder: set TMPDIR to one"),
         (
             "ffmpeg",
             found["ffmpeg"] or "none: no mp4 with --preview (pip install lodbench[preview])",
@@ -91,3 +112,61 @@ def _kernels(state: dict[str, Any]) -> str:
     if state["kept"]:
         return str(state["folder"])
     return f"compiled for each run: no folder can be written to (set {VARIABLE} to one)"
+
+
+def _kept(cached: dict[str, dict[str, int]]) -> str:
+    """Write what is kept between runs, by kind."""
+    kinds = [f"{kind} {each['bytes'] / 1e6:.1f} MB" for kind, each in cached.items()]
+    return ", ".join(kinds) or "nothing yet"
+
+
+def _clear_cache() -> None:
+    from scenes.processes.cache import clear_cache, writable_cache
+
+    folder = writable_cache()
+    if folder is None:
+        rule = "the cache is a folder that can be written to, and there is none"
+        raise InputError("--clear-cache", None, rule, f"set {CACHE} to a folder")
+    clear_cache(folder)
+
+
+def _check(names: tuple[str, ...], as_json: bool) -> None:
+    """Hold metrics and representations against the rules that all others keep."""
+    from bench.conformance import broken_metric_rules, broken_plugin_rules
+    from lod.metric import METRICS
+    from scenes.plugins import METRIC, REPRESENTATION, installed
+
+    rules = {"metric": broken_metric_rules, "representation": broken_plugin_rules}
+    known = {"metric": (*METRICS, *installed(METRIC)), "representation": installed(REPRESENTATION)}
+    theirs = [("metric", name) for name in installed(METRIC)]
+    theirs += [("representation", name) for name in installed(REPRESENTATION)]
+    chosen: list[tuple[str, str]] = []
+    for name in names:
+        found = [(kind, name) for kind, those in known.items() if name in those]
+        found += theirs if name == "all" else []
+        if not found and name == "all":
+            cure = "try blake, or install a package that brings some (README: How to add yours)"
+            rule = "no other package brings a metric or representation"
+            raise InputError("--check", name, rule, cure)
+        if not found:
+            rule = f"a metric or representation: {', '.join(n for k in known.values() for n in k)}"
+            raise InputError("--check", name, rule, "see `lodbench list`")
+        chosen += found
+    failed = []
+    with output(as_json) as out:
+        for kind, name in chosen:
+            try:
+                broken = rules[kind](name)
+            except InputError as error:
+                broken = {"can be used": [str(error)]}
+            wrong = {rule: lines for rule, lines in broken.items() if lines}
+            out.record({"name": name, "kind": kind, "broken": wrong})
+            rows = [
+                (rule, "kept" if not lines else line)
+                for rule, lines in broken.items()
+                for line in lines or [""]
+            ]
+            out.say(f"{name}, a {kind}\n{table(rows)}")
+            failed += [name] if wrong else []
+    if failed:
+        raise click.ClickException(f"{', '.join(failed)}: not as the rules have it")

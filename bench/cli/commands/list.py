@@ -2,12 +2,14 @@
 
 import dataclasses
 import json
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from bench.cli.flags import StrictCommand
-from bench.cli.output import output, table
+from bench.cli.output import output, table, tell_first_run
+from lod.errors import InputError
 
 if TYPE_CHECKING:
     from scenes.presets.keys import KeyEntry
@@ -22,11 +24,21 @@ if TYPE_CHECKING:
     metavar="[PRESET]",
     help="The keys of presets with their meaning; with a name, that preset's values.",
 )
-@click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
-def command(preset: str | None, as_json: bool) -> None:
-    """Presets, metrics, what other packages bring, your models, experiments and studies."""
+@click.option(
+    "--objects", "frame", metavar="OUT/NAME.0001.exr", help="The objects of a rendered frame."
+)
+@click.option("--object", "only", type=int, multiple=True, help="With --objects, only this id.")
+@click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout, or per object.")
+def command(preset: str | None, frame: str | None, only: tuple[int, ...], as_json: bool) -> None:
+    """Presets, metrics, what other packages bring, your models, experiments and studies.
+
+    --objects: species, cell, number and 128-bit key of each object that a frame displays.
+    """
     if preset is not None:
         _keys(preset, as_json)
+        return
+    if frame is not None:
+        _objects(Path(frame), only, as_json)
         return
     from bench.experiment import experiments
     from bench.studies.registry import study_descriptions
@@ -86,3 +98,29 @@ def _text(value: Any) -> str:
     if value is None:
         return "absent"
     return json.dumps(value) if not isinstance(value, str) else value
+
+
+def _objects(path: Path, only: tuple[int, ...], as_json: bool) -> None:
+    """List the objects of a frame, worked out from the settings in its header."""
+    from scenes.render.exr.header import preset_from_settings
+    from scenes.render.exr.sequence import read_whole
+    from scenes.render.memory import preflight
+    from scenes.render.object_keys import identities
+    from scenes.scene import Scene
+
+    whole = read_whole(path)
+    scene, frame = Scene(preset_from_settings(whole.settings)), whole.frame
+    tell_first_run()
+    preflight(scene, (frame,))
+    found = list(identities(scene, frame))
+    if unknown := sorted(set(only) - {each.object for each in found}):
+        rule = f"an id.object that {path} displays"
+        raise InputError("--object", unknown[0], rule, "leave it out to list them")
+    rows: list[tuple[Any, ...]] = [("object", "of", "cell", "index", "key")]
+    with output(as_json) as out:
+        for each in found:
+            if not only or each.object in only:
+                out.record(dataclasses.asdict(each))
+                cell = "–" if each.cell is None else f"{each.cell[0]},{each.cell[1]}"
+                rows.append((each.object, each.of, cell, each.index, each.key or "–"))
+        out.say(table(rows))

@@ -1,16 +1,13 @@
-"""Where frames are rendered: in a process of its own here, or on a cluster.
-
-`lodbench render`: frames of a preset as an EXR sequence.
+"""`lodbench render`: frames of a preset as an EXR sequence.
 
 The steps of a frame, with the file and function of each, are listed in docs/architecture.md.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
@@ -26,52 +23,9 @@ from bench.cli.flags import (
 )
 from bench.cli.output import Output, frame_progress, output, tell_first_run
 from lod.errors import InputError
-from scenes.files import check_ours, check_pattern, frame_path, make_folder
+from scenes.files import check_ours, check_pattern, frame_path
 from scenes.presets.schema import Preset
 from scenes.render.pictures import PictureStyle
-
-if TYPE_CHECKING:
-    from scenes.render.exr.sequence import Job
-    from scenes.render.worker import ProcessWatch
-
-
-@dataclass(frozen=True)
-class Workers:
-    """What renders the frames of a job.
-
-    threads     for the renderer; 0 = as many as there are
-    most_bytes  that a frame may need of memory; None = whatever it needs
-    cluster     as scenes.render.cluster has it; None = a process of its own here
-    """
-
-    threads: int
-    most_bytes: int | None
-    cluster: str | None
-
-
-def render_job(
-    job: "Job", workers: Workers, watch: "ProcessWatch", note: Callable[[str], object]
-) -> Iterator[dict[str, Any]]:
-    """Render the frames of a job that are not done, giving a record after each.
-
-    ``watch`` follows the samples of a frame that is rendered here; ``note`` is called with what
-    someone who waits may want to know.
-    """
-    if workers.cluster is None:
-        from scenes.render.worker import Worker, render_foretold
-
-        with Worker(workers.threads, watch, workers.most_bytes) as worker:
-            yield from render_foretold(job, worker)
-        return
-    from scenes.render.cluster import cluster, render_on_cluster, sweep
-
-    variant = job.settings["render"]["variant"]
-    try:
-        limits = workers.threads, variant, workers.most_bytes
-        with cluster(workers.cluster, *limits, note) as several:
-            yield from render_on_cluster(job, several)
-    finally:
-        sweep(job)
 
 
 @click.command("render", cls=StrictCommand)
@@ -126,24 +80,27 @@ def command(
     chosen = preset_from_flags(preset, **flags)
     if fit:
         chosen = fit_to_memory(chosen, most_bytes)
-    from scenes.render.acting_track import check_acted, prepare_track
-    from scenes.render.budget import within_budget
-    from scenes.render.exr.header import frame_settings
-    from scenes.render.exr.sequence import open_job, owned_folder
-    from scenes.render.variants import choose
+    from scenes.render.render_files import Workers, render_files, settled
 
     check_targets([frame_path(pattern, number) for number in numbers])
     check_ours(_previews(pattern) if preview else (), overwrite, "--preview")
-    chosen = within_budget(chosen, numbers, most_bytes, partial(click.echo, err=True))
-    check_acted(chosen, numbers, most_bytes)
-    variant = choose(chosen.render.variant, chosen.render.spectral)
-    folder = make_folder(Path(pattern).parent)
-    settings = frame_settings(chosen, variant, prepare_track(chosen, folder))
+    settings = settled(chosen, pattern, numbers, most_bytes, partial(click.echo, err=True))
+    workers = Workers(threads, most_bytes, cluster)
     with output(as_json) as out:
         records: list[dict[str, Any]] = []
-        with _counted(out, records), owned_folder(folder, settings):
-            job = open_job(pattern, numbers, settings, overwrite)
-            _render(out, job, Workers(threads, most_bytes, cluster), records)
+        tell_first_run()
+        with _counted(out, records), frame_progress(len(numbers)) as progress:
+            for record in render_files(
+                settings, pattern, numbers, workers, overwrite, progress.show_samples, out.note
+            ):
+                records.append(record)
+                progress.clear()
+                if "error" in record:
+                    out.note(f"lodbench: {record['path']}: {record['error']}")
+                else:
+                    out.record(record)
+                    out.say(_line(record))
+                progress.finish_frame(record)
         done = [Path(record["path"]) for record in records if "error" not in record]
         failed = [record for record in records if "error" in record]
         pictures = _preview(out, chosen, pattern, done, look) if preview and done else []
@@ -165,21 +122,6 @@ def _counted(out: Output, records: Sequence[dict[str, Any]]) -> Iterator[None]:
         raise
 
 
-def _render(out: Output, job: "Job", workers: Workers, records: list[dict[str, Any]]) -> None:
-    """Add the record of each finished frame to ``records``, with a line for each."""
-    tell_first_run()
-    with frame_progress(len(job.paths)) as progress:
-        for record in render_job(job, workers, progress.show_samples, out.note):
-            records.append(record)
-            progress.clear()
-            if "error" not in record:
-                out.record(record)
-                out.say(_line(record))
-            else:
-                out.note(f"lodbench: {record['path']}: {record['error']}")
-            progress.finish_frame(record)
-
-
 def _failures(failed: Sequence[dict[str, Any]], frames: int) -> str:
     """Write how many frames failed, and why the first three did."""
     first = "; ".join(f"frame {each['frame']}: {each['error']}" for each in failed[:3])
@@ -195,15 +137,15 @@ def _preview(
     out: Output, preset: Preset, pattern: str, paths: Sequence[Path], look: PictureStyle
 ) -> list[str]:
     """Write a picture of one frame, or a contact sheet and a film of more; give their paths."""
-    from scenes.render import pictures as contact_sheet
-    from scenes.render import pictures as movie
-    from scenes.render.pictures import preview
+    from scenes.render.pictures import preview, write_contact_sheet, write_movie
 
     still, target = _previews(pattern)
     many = len(paths) > 1
-    pictures = [contact_sheet(paths, still, look=look) if many else preview(paths[0], still, look)]
+    pictures = [
+        write_contact_sheet(paths, still, look=look) if many else preview(paths[0], still, look)
+    ]
     try:
-        film = movie(paths, target, preset.camera.fps, look) if many else None
+        film = write_movie(paths, target, preset.camera.fps, look) if many else None
         pictures += [film] if film else []
     except OSError as error:
         out.note(f"lodbench: no mp4: {error.strerror}")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from bench.cli.flags import StrictCommand, memory_flag_of_all
-from bench.cli.output import Output, RunTime, output, progress_bar, table, time_left_text
+from bench.cli.output import Output, duration_text, output, progress_bar, table
 from bench.runs import CaseExecutor, dask_executor
 from lod.errors import InputError
 from scenes.files import make_folder
@@ -133,14 +133,17 @@ def _run_all(
         out.note(f"lodbench: {name} is done already (--again measures anew)")
         _tell(out, name, path, read_record(path).claims, True)
     left = [each for each in asked if each.name not in done]
-    expected_seconds = {
-        each.name: experiments()[each.name].seconds(each.topics, "quick" if each.quick else "full")
+    expected_s = [
+        experiments()[each.name].seconds(each.topics, "quick" if each.quick else "full")
         for each in left
-    }
-    finished: list[RunTime] = []
+    ]
+    planned = spent = 0.0
     failed: list[str] = []
     for number, each in enumerate(left):
-        expected = time_left_text([one.name for one in left[number:]], expected_seconds, finished)
+        pace = spent / planned if planned else 1.0  # of what is finished
+        expected = f"about {duration_text(pace * expected_s[number])}"
+        if number + 1 < len(left):
+            expected += f"; {duration_text(pace * sum(expected_s[number:]))} for all that is left"
         out.note(f"lodbench: {each.name}, {len(done) + number + 1} of {len(asked)}: {expected}")
         start = time.perf_counter()
         try:
@@ -151,7 +154,7 @@ def _run_all(
             out.note(f"lodbench: {each.name} failed: {type(error).__name__}: {error}")
             failed.append(each.name)
             continue
-        finished.append(RunTime(expected_seconds[each.name], time.perf_counter() - start))
+        planned, spent = planned + expected_s[number], spent + time.perf_counter() - start
         _tell(out, each.name, path, claims, False)
     return failed
 

@@ -36,7 +36,7 @@ def command(
 ) -> None:
     """Write a frame's cut and camera as USD: sticks as curves, the ground as a mesh."""
     from scenes.render.budget import within_budget
-    from scenes.render.memory import check_frame_forecast, check_prototypes
+    from scenes.render.memory import preflight
     from scenes.render.usd import check_usd, write_usd
     from scenes.render.variants import SCALAR_VARIANT
     from scenes.scene import Scene
@@ -45,14 +45,13 @@ def command(
     tell_first_run()
     most_bytes = memory_limit_bytes(max_memory)
     chosen = preset_from_flags(preset, **flags)
-    check_prototypes(chosen, most_bytes)
     chosen = within_budget(chosen, (frame,), most_bytes, partial(click.echo, err=True))
     make_folder(Path(path).parent)
     with output(as_json) as out:
         with progress_bar("step") as show:
             show(0, 3, "memory")
             scene = Scene(chosen)
-            check_frame_forecast(scene, frame, SCALAR_VARIANT, most_bytes)
+            preflight(scene, (frame,), most_bytes, SCALAR_VARIANT)
             show(1, 3, "cut")
             made = scene.input(frame, SCALAR_VARIANT)
             notes = {"lod:frame": str(frame), "lod:seed": str(chosen.seed)}

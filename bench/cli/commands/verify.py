@@ -1,26 +1,27 @@
-"""`lodbench verify`: every frame of a folder against its manifest."""
+"""`lodbench verify`: every frame of a folder against what it says of itself."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from bench.cli.commands.render import Workers, render_job
-from bench.cli.flags import StrictCommand, memory_flag, memory_limit_bytes
+from bench.cli.flags import StrictCommand, frame_numbers, memory_flag, memory_limit_bytes
 from bench.cli.output import Output, frame_progress, output, progress_bar
 
 if TYPE_CHECKING:
-    from scenes.render.exr.sequence import Job, Manifest
+    from scenes.render.exr.sequence import Job
     from scenes.render.exr.verify import Checked
+    from scenes.render.render_files import Workers
 
 
 @click.command("verify", cls=StrictCommand)
 @click.argument("folder", metavar="DIR")
 @click.option(
-    "--repair",
-    is_flag=True,
-    help="Rebuild the manifest; where it is right, render what is wrong, remove partial files.",
+    "--repair", is_flag=True, help="Render again what is wrong or missing, remove partial files."
+)
+@click.option(
+    "--frames", metavar="LIST", help="Those that must be there, as 1-24; else gaps are named."
 )
 @click.option("--threads", type=click.IntRange(0, 1024), default=0, help="0 = one for each core.")
 @click.option(
@@ -31,60 +32,49 @@ if TYPE_CHECKING:
 def command(
     folder: str,
     repair: bool,
+    frames: str | None,
     threads: int,
     cluster: str | None,
     max_memory: str | None,
     as_json: bool,
 ) -> None:
-    """Hashes, headers, sizes, channels, NaN, infinite and negative values, partial files."""
-    from scenes.render.exr.verify import open_manifest
+    """Hashes, headers, sizes, channels, NaN, infinite and negative values, gaps, partial files."""
+    from scenes.render.render_files import Workers
 
     most_bytes = memory_limit_bytes(max_memory)
+    numbers = frame_numbers(frames) if frames else None
     with output(as_json) as out:
-        taken = _rebuild(out, Path(folder)) if repair else ()
-        manifest = open_manifest(Path(folder), repair)
-        wrong = _look(out, manifest)
+        count, wrong = _check(out, Path(folder), numbers)
         workers = Workers(threads, most_bytes, cluster)
-        repairs = repair and wrong and not taken
-        left = _repair(out, manifest, wrong, workers) if repairs else wrong
-        counts = {"frames": len(manifest.frames), "wrong": len(wrong)}
-        out.record({**counts, "repaired": len(wrong) - len(left)})
-        out.say(_summary(len(manifest.frames), wrong, left))
+        left = _repair(out, Path(folder), wrong, workers) if repair and wrong else wrong
+        out.record({"frames": count, "wrong": len(wrong), "repaired": len(wrong) - len(left)})
+        out.say(_summary(count, wrong, left))
     if left:
-        raise click.ClickException(_verdict(left, repair, bool(taken)))
+        raise click.ClickException(_verdict(left, repair))
 
 
-def _rebuild(out: Output, folder: Path) -> tuple[str, ...]:
-    """Take whole frames into the manifest that it does not know, and say which."""
-    from scenes.render.exr.sequence import rebuild_manifest
-
-    taken = rebuild_manifest(folder) if folder.is_dir() else ()
-    for name in taken:
-        what = "taken into the manifest as its header says"
-        out.record({"path": str(folder / name), "repaired": what})
-        out.say(f"{folder / name}: {what}")
-    return taken
-
-
-def _look(out: Output, manifest: "Manifest") -> list["Checked"]:
-    """Check a folder, print what is wrong as it is found, and give it."""
+def _check(out: Output, folder: Path, frames: Sequence[int] | None) -> tuple[int, list["Checked"]]:
+    """Check a folder, print what is wrong as it is found; give the number of frames and that."""
     from scenes.render.exr.verify import check_folder
 
-    wrong = []
+    wrong, count = [], 0
+    files = sum(1 for _ in folder.glob("*.exr"))
     with progress_bar("file") as progress:
-        for number, checked in enumerate(check_folder(manifest)):
-            progress(number, len(manifest.frames), checked.path.name)
+        for checked in check_folder(folder, frames):
+            progress(min(count, files), files, checked.path.name)
+            count += checked.frame is not None
             if checked.wrong:
                 wrong.append(checked)
                 _tell(out, checked)
-    return wrong
+    return count, wrong
 
 
 def _repair(
-    out: Output, manifest: "Manifest", wrong: list["Checked"], workers: Workers
+    out: Output, folder: Path, wrong: list["Checked"], workers: "Workers"
 ) -> list["Checked"]:
     """Repair what is wrong, and give what is wrong still."""
     from scenes.render.exr.verify import repairs
+    from scenes.render.render_files import render_job
 
     left = []
     with frame_progress(sum(found.frame is not None for found in wrong)) as progress:
@@ -92,7 +82,7 @@ def _repair(
         def render(job: "Job") -> Iterator[dict[str, Any]]:
             return render_job(job, workers, progress.show_samples, out.note)
 
-        for after in repairs(manifest, wrong, render):
+        for after in repairs(folder, wrong, render):
             progress.clear()
             if after.wrong:
                 left.append(after)
@@ -118,9 +108,8 @@ def _summary(frames: int, wrong: list["Checked"], left: list["Checked"]) -> str:
     return f"{frames} frames: {frames - bad} right, {bad} wrong{others}{mended}"
 
 
-def _verdict(left: list["Checked"], repaired: bool, rebuilt: bool) -> str:
-    how = "the same command again" if rebuilt else "--repair"
-    cure = "" if repaired and not rebuilt else f"; {how} renders frames and removes partial files"
+def _verdict(left: list["Checked"], repaired: bool) -> str:
+    cure = "" if repaired else "; --repair renders frames and removes partial files"
     verb = "is" if len(left) == 1 else "are"
     return f"{_files(len(left))} {verb} wrong, first {left[0].path}: {left[0].wrong[0]}{cure}"
 

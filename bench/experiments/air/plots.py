@@ -5,7 +5,7 @@ import numpy as np
 from bench.experiment import Table
 from bench.experiments.air.claims import SKY, label
 from bench.experiments.air.targets import DISTANCES
-from bench.plots.plot import Curve, Plot, curves
+from bench.plots import Curve, Plot, curves
 from bench.records.records import Point, Record, where
 from bench.statistics.estimates import two_sided_mean
 from lod.air import Air, rgb_extinction

@@ -3,7 +3,7 @@
 from bench.experiment import Table
 from bench.experiments.eye.claims import VIEWERS
 from bench.part_sizes import part_counts, predicted_parts, shares_kept
-from bench.plots.plot import Curve, Plot, curves
+from bench.plots import Curve, Plot, curves
 from bench.records.records import Point, Record, grouped
 
 _AXIS = "pixels per degree of sight", "share of the parts that is left"

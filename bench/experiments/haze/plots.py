@@ -5,7 +5,7 @@ import numpy as np
 from bench.experiment import Table
 from bench.experiments.haze.claims import KIND
 from bench.part_sizes import SIZES, part_counts, predicted_parts, shares_kept
-from bench.plots.plot import Curve, Plot, curves
+from bench.plots import Curve, Plot, curves
 from bench.records.records import Point, Record, grouped
 
 _AXIS = "visibility V (m)", "share of the parts that is left"

@@ -4,12 +4,12 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
-from bench.experiments.fidelity.equal_error import EQUAL_ERROR
+from bench.images.compare import one_sided_excess
+from bench.images.equal_error import EQUAL_ERROR
 from bench.records.claims import Claim
 from bench.records.old_claims import claim, verification
 from bench.records.records import Point, where
 from bench.statistics.estimates import Estimate, two_sided_share
-from bench.statistics.excess_flip import one_sided_excess
 from lod.arrays import Reals
 
 REDDY = "Reddy 1997"

@@ -10,10 +10,10 @@ from dataclasses import asdict, dataclass
 from bench.experiments.motion import pictures as motion_picture
 from bench.experiments.motion.moves import FAST, MOVES, PICTURED, Move
 from bench.experiments.motion.pictures import Pictures
+from bench.images.compare import LEAST_PAIRS
 from bench.old_experiment import Effort
 from bench.records.provenance import scene_digest
 from bench.records.records import Column, Point
-from bench.statistics.excess_flip import LEAST_PAIRS
 from lod.pruner import prune
 from scenes.presets.load import load_preset
 from scenes.render.variants import choose

@@ -13,8 +13,8 @@ from functools import cache
 import numpy as np
 
 from bench.experiments.motion.moves import Move
+from bench.images.compare import LEAST_PAIRS, mean_flip
 from bench.records.records import Point, columns
-from bench.statistics.excess_flip import LEAST_PAIRS, mean_flip
 from scenes.frame.frame_input import FrameInput
 from scenes.presets.load import load_preset
 from scenes.presets.schema import Preset

@@ -2,7 +2,7 @@
 
 from bench.experiment import Table
 from bench.experiments.motion.claims import PICTURE, kept, one_sided_excess_flip, parts
-from bench.plots.plot import Curve, Plot, curves
+from bench.plots import Curve, Plot, curves
 from bench.records.records import Point, Record, where
 
 

@@ -23,8 +23,9 @@ from lod.pruner import prune
 from scenes.frame.frame_input import display
 from scenes.presets.load import load_preset, preset_from
 from scenes.presets.schema import Preset
-from scenes.render.memory import check_pruning, forecast, frame_bytes, memory_limit, peak_rss_bytes
-from scenes.scene import view_at
+from scenes.processes.memory import memory_limit, peak_rss_bytes
+from scenes.render.memory import forecast, frame_bytes, preflight
+from scenes.scene import Scene, view_at
 from scenes.world.world import build_world
 
 METRICS = "blake", "bounded", "solid_angle"
@@ -63,7 +64,7 @@ def measure(density: float, metric: str, settings: tuple[str, ...], variant: str
     foretold = forecast(world, view)
     held = frame_bytes(foretold, preset, variant)
     try:
-        check_pruning(world, view, None, "the count")
+        preflight(Scene(preset), (1,))
     except InputError as error:
         return {"refused": str(error.rule), "frame_bytes": held}
     (field,) = world.fields

@@ -73,6 +73,8 @@ def seal(path: str | Path) -> None:
 def is_sealed(path: str | Path) -> bool:
     """Whether every byte of a file is as it was when its hash was written into it."""
     with open(path, "rb") as file:
+        if not os.fstat(file.fileno()).st_size:
+            return False
         at, digest = _own_digest(file)
         file.seek(at)
         return file.read(len(UNSEALED)) == digest.encode()

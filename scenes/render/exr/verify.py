@@ -1,37 +1,29 @@
-"""Every frame of a folder against its manifest, and what is wrong rendered again."""
+"""Every frame of a folder against what it says of itself, and what is wrong rendered again."""
 
+import math
 import os
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from lod.errors import InputError
-from scenes.files import may_name, stray_partials
+from scenes.files import stray_partials
 from scenes.presets.schema import Preset
-from scenes.render.exr.header import (
-    FRAME,
-    Record,
-    Settings,
-    preset_from_settings,
-    settings_in,
-    software,
-)
+from scenes.render.exr.header import Record, Settings, preset_from_settings, software
 from scenes.render.exr.layers import channel_types, read_pixels
 from scenes.render.exr.sequence import (
-    DONE,
-    FAILED,
-    NAME,
-    NOTHING_WHOLE,
     Job,
-    Manifest,
-    differences,
-    file_hash,
-    load_manifest,
+    Kinds,
+    WholeFrame,
+    is_remains,
+    may_name,
     owned_folder,
+    read_whole,
+    sequences_in,
     settings_hash,
 )
 
@@ -43,64 +35,94 @@ _NUMBER = re.compile(r"\d{4,}")
 
 @dataclass(frozen=True)
 class Checked:
-    """One checked file: its frame (None for what is none), and everything that is wrong with it."""
+    """One checked file: its frame (None for what is none), and everything that is wrong with it.
+
+    settings  to render it with again; None where nothing says which
+    """
 
     path: Path
     frame: int | None
-    wrong: tuple[str, ...]
+    wrong: tuple[str, ...] = ()
+    settings: Settings | None = None
 
 
-def open_manifest(folder: Path, repaired: bool = False) -> Manifest:
-    """Load a folder's manifest. Raises InputError where there is none, or a broken one.
+def check_folder(folder: Path, frames: Sequence[int] | None = None) -> Iterator[Checked]:
+    """Check every frame of a folder, right or wrong, and what lies beside them.
 
-    ``repaired`` says that a missing one was to be rebuilt, so that advice is not to do that.
+    frames  those that every sequence there should have; by default those of which an evenly spaced
+        sequence has the one before and one after
+    Raises InputError for a folder without frames.
     """
-    if not (folder / NAME).is_file():
-        rule, cure = f"a folder of frames with their {NAME}", "give the folder of `lodbench render`"
-        if any(folder.glob("*.exr")):
-            cure = "`lodbench verify --repair` rebuilds it from the frames' headers"
-            if repaired:
-                rule, cure = NOTHING_WHOLE
-        raise InputError("DIR", str(folder), rule, cure)
-    return load_manifest(folder)
-
-
-def check_folder(manifest: Manifest) -> Iterator[Checked]:
-    """Check every frame on record, right or wrong; then find what is wrong beside them."""
-    for key, settings in manifest.settings.items():
-        if settings_hash(settings) != key:
-            wrong = f"settings.{key}: they are not those that were rendered (another hash)"
-            yield Checked(manifest.folder / NAME, None, (wrong,))
-    for name in sorted(manifest.frames):
-        yield check_frame(manifest, name)
-    for _, path in stray_partials(manifest.folder):
+    names = sorted(os.listdir(folder)) if folder.is_dir() else []
+    whole, kinds = sequences_in(folder) if names else ({}, {})
+    damaged = [name for name in names if name.endswith(".exr") and name not in whole]
+    damaged = [each for each in damaged if expected(each, kinds) or is_remains(folder / each)]
+    if not whole and not damaged:
+        cure = "give the folder of `lodbench render`"
+        raise InputError("DIR", str(folder), "a folder with frames of lodbench", cure)
+    there = []
+    for name in sorted([*whole, *damaged]):
+        if name in whole:
+            checked = _check_whole(folder / name, whole[name])
+        else:
+            checked = _check_damaged(folder / name, expected(name, kinds))
+        if checked.frame is not None:
+            there.append(name)
+        yield checked
+    yield from _missing(folder, there, kinds, frames)
+    for _, path in stray_partials(folder):
         yield Checked(path, None, ("a partial file, whose writer is no more",))
-    for path in unknown_files(manifest):
-        yield Checked(path, None, ("it looks like a frame, and the manifest does not know it",))
 
 
-def check_frame(manifest: Manifest, name: str) -> Checked:
-    """Check one frame on record: its file, its hash, its header, its channels and pixels."""
-    path, entry = manifest.folder / name, manifest.frames[name]
-    frame, settings = entry["frame"], manifest.settings[entry["settings"]]
-    if not may_name(name, frame):
-        return Checked(path, frame, (f"the manifest says that it is frame {frame}",))
-    if entry["state"] != DONE:
-        why = f"failed: {entry.get('error')}" if entry["state"] == FAILED else "never finished"
-        return Checked(path, frame, (why,))
-    if not path.is_file():
-        return Checked(path, frame, ("there is no such file",))
+def expected(name: str, kinds: Kinds) -> list[tuple[int, Settings]]:
+    """Find what a file of that name may be: frame and settings in each sequence of the folder."""
+    found = []
+    for (before, after), several in kinds.items():
+        number = name[len(before) : len(name) - len(after)]
+        if name == f"{before}{number}{after}" and _NUMBER.fullmatch(number):
+            found += [(int(number), settings) for settings in several.values()]
+    return found
+
+
+def _check_whole(path: Path, whole: WholeFrame) -> Checked:
+    """Check what a hash cannot: the frame's name, and its channels and pixels."""
+    numbers = [int(number) for number in _NUMBER.findall(path.name)]
+    if len(numbers) == 1 and not may_name(path.name, whole.frame):
+        wrong = f"its header says that it is frame {whole.frame}"
+        return Checked(path, numbers[0], (wrong,), whole.settings)
     try:
-        differs = file_hash(path) != entry["sha256"]
-        wrong = ["its bytes are not those on record (SHA-256)"] if differs else []
-        preset = preset_from_settings(settings)
-        pixels, header = read_pixels(path)
-        wrong += [*_header(header, frame, settings), *_layers(pixels, preset)]
+        pixels, _ = read_pixels(path)
+        wrong = _layers(pixels, preset_from_settings(whole.settings))
     except InputError as error:
-        wrong += [f"it is not {error.rule}" if error.where == "frame" else str(error)]
-    except OSError as error:
-        wrong = [f"it cannot be read ({error.strerror})"]
-    return Checked(path, frame, tuple(wrong))
+        wrong = [str(error)]
+    return Checked(path, whole.frame, tuple(wrong), whole.settings)
+
+
+def _check_damaged(path: Path, candidates: list[tuple[int, Settings]]) -> Checked:
+    frames = {frame for frame, _ in candidates} or set(map(int, _NUMBER.findall(path.name)))
+    frame = frames.pop() if len(frames) == 1 else None
+    if candidates and not is_remains(path):
+        return Checked(path, None, ("it looks like a frame, and is none",))
+    wrong = "its bytes are not those that were written (SHA-256)"
+    return Checked(path, frame, (wrong,), _only([settings for _, settings in candidates]))
+
+
+def _missing(
+    folder: Path, names: Sequence[str], kinds: Kinds, frames: Sequence[int] | None
+) -> Iterator[Checked]:
+    """Find frames that a sequence should have and that have no file."""
+    for (before, after), several in kinds.items():
+        own = {(before, after): several}
+        there = sorted({frame for name in names for frame, _ in expected(name, own)})
+        step = math.gcd(*(later - one for one, later in pairwise(there))) or 1
+        wanted = frames or range(there[0], there[-1], step)
+        for frame in sorted(set(wanted) - set(there)):
+            path = folder / f"{before}{frame:04d}{after}"
+            yield Checked(path, frame, ("there is no such file",), _only(list(several.values())))
+
+
+def _only(several: list[Settings]) -> Settings | None:
+    return several[0] if len(several) == 1 else None
 
 
 def _layers(pixels: Mapping[str, np.ndarray], preset: Preset) -> list[str]:
@@ -125,16 +147,6 @@ def _layers(pixels: Mapping[str, np.ndarray], preset: Preset) -> list[str]:
     return wrong
 
 
-def _header(header: Mapping[str, Any], frame: int, settings: Settings) -> Iterator[str]:
-    """The frame it says it is, and the first setting that is another."""
-    says = header.get(FRAME)
-    if says != frame:
-        yield f"its header says that it is frame {says}"
-    changed = differences(settings, settings_in(header))
-    if changed:
-        yield f"its header has other settings ({changed[0]})"
-
-
 def _numbers(name: str, values: np.ndarray) -> Iterator[str]:
     """Numbers that no frame may hold: how many, and where the first is."""
     if values.dtype.kind != "f":
@@ -150,85 +162,53 @@ def _numbers(name: str, values: np.ndarray) -> Iterator[str]:
             yield f"{name} is {kind} at x {x}, y {y} from the upper left{beside}"
 
 
-def unknown_files(manifest: Manifest) -> Iterator[Path]:
-    """Find files that a reader of the sequence would take for its frames."""
-    known = {_NUMBER.sub("#", name) for name in manifest.frames}
-    for name in sorted(os.listdir(manifest.folder)):
-        if name.endswith(".exr") and name not in manifest.frames:
-            if _NUMBER.sub("#", name) in known:
-                yield manifest.folder / name
-
-
 def repairs(
-    manifest: Manifest, wrong: Iterable[Checked], render: Callable[[Job], Iterator[Record]]
+    folder: Path, wrong: Iterable[Checked], render: Callable[[Job], Iterator[Record]]
 ) -> Iterator[Checked]:
-    """Put right what is wrong, and look again: frames rendered with the settings on record.
+    """Put right what is wrong, and look again: frames rendered with the settings of their like.
 
     ``render`` is given a job for each kind of settings, and gives a record for each of its frames,
     in any order. Gives every file once, as it is then.
     """
-    jobs: dict[str, list[Checked]] = {}
+    jobs: dict[tuple[str, str], list[Checked]] = {}
     for found in wrong:
-        if found.frame is None:
-            yield _removed(found)
-        elif why := _refusal(manifest, found):
+        if found.frame is None:  # of what is no frame, only partial files are ours to remove
+            if found.path.suffix == ".part":
+                found.path.unlink(missing_ok=True)
+                found = Checked(found.path, None)
+            yield found
+        elif found.settings is None:
+            why = "no whole frames of one kind say with which settings: render it again"
             yield _still(found, why)
+        elif (made := found.settings.get("software")) != (here := software()):
+            yield _still(found, f"it was made by {made}; {here} would make another")
         else:
-            jobs.setdefault(manifest.frames[found.path.name]["settings"], []).append(found)
-    for key, several in jobs.items():
-        with owned_folder(manifest.folder, manifest.settings[key]):
-            yield from _rendered(manifest, manifest.settings[key], several, render)
-
-
-def _refusal(manifest: Manifest, found: Checked) -> str:
-    """Why a frame cannot be rendered again; nothing where it can."""
-    key = manifest.frames[found.path.name]["settings"]
-    settings = manifest.settings[key]
-    if settings_hash(settings) != key:
-        return "it cannot be rendered again: its settings were changed"
-    made, here = settings.get("software"), software()
-    if not may_name(found.path.name, manifest.frames[found.path.name]["frame"]):
-        return "it cannot be rendered again: its number was changed"
-    return "" if made == here else f"it was made by {made}; {here} would make another"
+            kind = _NUMBER.sub("#", found.path.name), settings_hash(found.settings)
+            jobs.setdefault(kind, []).append(found)
+    for several in jobs.values():
+        settings = several[0].settings
+        assert settings is not None
+        with owned_folder(folder, settings):
+            yield from _rendered(settings, several, render)
 
 
 def _rendered(
-    manifest: Manifest,
-    settings: Settings,
-    several: Sequence[Checked],
-    render: Callable[[Job], Iterator[Record]],
+    settings: Settings, several: Sequence[Checked], render: Callable[[Job], Iterator[Record]]
 ) -> Iterator[Checked]:
     """Frames of the same settings, rendered and looked at."""
     left = {found.path.name: found for found in several}
-    before = {name: manifest.frames[name]["sha256"] for name in left}
     paths = {found.frame: found.path for found in several if found.frame is not None}
     try:
-        for record in render(Job(paths, settings, manifest, frozenset())):
-            yield _looked_at(manifest, left.pop(Path(record["path"]).name), record, before)
+        for record in render(Job(paths, settings, {}, overwrite=True)):
+            found = left.pop(Path(record["path"]).name)
+            if "error" in record:
+                yield _still(found, record["error"])
+            else:
+                yield _check_whole(found.path, read_whole(found.path))
     except InputError as error:
         for found in left.values():
             yield _still(found, str(error))
 
 
-def _looked_at(
-    manifest: Manifest, found: Checked, record: Record, before: Mapping[str, str | None]
-) -> Checked:
-    """A frame after it was rendered again: as it is on record, or what is wrong still."""
-    if "error" in record:
-        return _still(found, record["error"])
-    again = check_frame(manifest, found.path.name)
-    if before[found.path.name] not in (None, record["sha256"]):
-        return _still(again, "rendered again, it has other bytes than before (another processor?)")
-    return again
-
-
-def _removed(found: Checked) -> Checked:
-    """Of what is no frame, only partial files are ours to remove."""
-    if found.path.suffix == ".part":
-        found.path.unlink(missing_ok=True)
-        return Checked(found.path, None, ())
-    return found
-
-
 def _still(found: Checked, why: str) -> Checked:
-    return Checked(found.path, found.frame, (*found.wrong, why))
+    return replace(found, wrong=(*found.wrong, why))

@@ -9,6 +9,7 @@ from bench.cli.main import main
 from scenes.actors.acting import Acting
 from scenes.actors.performance import ActedFrame
 from scenes.presets.load import load_preset
+from scenes.render.exr.sequence import read_whole
 from scenes.render.object_keys import identities
 from scenes.scene import Scene
 
@@ -144,10 +145,9 @@ def test_frames_replay_from_the_track_in_any_order(
     assert hashes[0][1] != hashes[0][3]
     (track,) = (tmp_path / "a").glob("actors-*.npz")
     assert track.read_bytes() == (tmp_path / "b" / track.name).read_bytes()
-    settings = json.loads((tmp_path / "a" / "manifest.json").read_text())["settings"]
-    assert [len(each["track"]) for each in settings.values()] == [64]
+    assert len(read_whole(tmp_path / "a" / "f.0001.exr").settings["track"]) == 64
     track.unlink()  # verify acts again, and finds the frames as they were
-    (tmp_path / "a" / "f.0003.exr").write_bytes(b"spoilt")
+    (tmp_path / "a" / "f.0003.exr").write_bytes(b"")
     assert run("verify", "a", "--repair") == 0
     assert run("verify", "a") == 0
 

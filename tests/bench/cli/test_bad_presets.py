@@ -1,10 +1,9 @@
-"""Presets, flags and manifests that are wrong: file, key and rule in one line, no traceback."""
+"""Presets and flags that are wrong: file, key and rule in one line, no traceback."""
 
 import contextlib
 import io
 import json
 import math
-import os
 import random
 import tomllib
 from collections.abc import Callable, Iterator
@@ -18,8 +17,6 @@ from bench.cli.main import main
 from lod.errors import InputError
 from scenes.files import check_pattern
 from scenes.presets.load import load_preset, preset_from, preset_names
-from scenes.render.exr.header import frame_settings
-from scenes.render.exr.sequence import load_manifest, open_job, settings_hash
 
 GENERATED = 10_000
 TABLE = "a table of keys"
@@ -249,7 +246,7 @@ def tells(call: Callable[[], object]) -> None:
 
 
 @pytest.mark.slow
-def test_ten_thousand_generated_presets_flags_and_manifests(
+def test_ten_thousand_generated_presets_and_flags(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -273,29 +270,3 @@ def test_ten_thousand_generated_presets_flags_and_manifests(
         tells(lambda text=text: preset_from_flags("meadow", (text,), (text,)))
         tells(lambda text=text: frame_numbers(text))
         tells(lambda text=text: check_pattern(text))
-    manifests(chance, GENERATED // 4, presets)
-
-
-def manifests(chance: random.Random, number: int, presets: list[Any]) -> None:
-    """Verify and resume with manifests of which one thing is spoilt."""
-    settings = frame_settings(presets[0], "scalar_rgb")
-    key = settings_hash(settings)
-    entry = {"frame": 1, "state": "done", "settings": key, "sha256": "0" * 64, "seconds": {}}
-    frames = {f"a.000{k}.exr": {**entry, "frame": k} for k in (1, 2)}
-    good = {"version": 3, "settings": {key: settings}, "frames": frames}
-    os.makedirs("out", exist_ok=True)
-    path = Path("out") / "manifest.json"
-    for _ in range(number):
-        if chance.random() < 0.7:
-            path.write_text(json.dumps(spoil_somewhere(chance, good)))
-        else:
-            path.write_bytes(scrambled(chance, json.dumps(good)))
-        tells(lambda: load_manifest(Path("out")))
-        code, _, err = run("verify", "out")
-        if code == 0:
-            assert err == "" and not load_manifest(Path("out")).frames
-            continue
-        is_one_line(code, err)
-        if code == 2:
-            assert "out/manifest.json" in err
-        tells(lambda: open_job("out/b.####.exr", (1,), settings))

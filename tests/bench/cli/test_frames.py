@@ -93,25 +93,23 @@ def rendered_frame():
 
 def test_ids_say_who_is_who_in_a_frame(run):
     rendered_frame()
-    code, out, err = run("ids", "o/a.0002.exr", "--json")
+    code, out, err = run("list", "--objects", "o/a.0002.exr", "--json")
     assert code == 0, err
     found = [json.loads(line) for line in out.splitlines()]
     figures = [each for each in found if each["of"] == "figure"]
     assert len({each["key"] for each in figures}) == len(figures) > 3
     last = figures[-1]["object"]
-    code, out, _ = run("ids", "o/a.0002.exr", "--object", str(last), "--json")
+    code, out, _ = run("list", "--objects", "o/a.0002.exr", "--object", str(last), "--json")
     assert json.loads(out) == figures[-1]
-    assert run("ids", "o/a.0002.exr", "--object", "0")[0] == 2
-    assert run("ids", "o/a.0001.exr")[0] == 2
+    assert run("list", "--objects", "o/a.0002.exr", "--object", "0")[0] == 2
+    assert run("list", "--objects", "o/a.0001.exr")[0] == 2
 
 
 @pytest.mark.parametrize(
     ("words", "steps"),
     [
-        (("ids", "o/a.0002.exr"), ("memory:", "objects:")),
         (("usd", "tiny.toml", "-o", "a.usdc", "--overwrite"), ("memory:", "cut:", "file:")),
     ],
-    ids=["ids", "usd"],
 )
 def test_a_bar_names_each_step_on_a_terminal_alone_and_not_beside_json(
     run, monkeypatch, words, steps

@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bench.cli.commands.cache import command as cache
+from bench.cli.commands import doctor
 from bench.cli.main import main
 from lod.errors import InputError
 from scenes.presets.load import load_preset
-from scenes.processes.cache import kept
+from scenes.processes.cache import cache_contents, kept
 
 
 def run(*words: str) -> int:
@@ -62,25 +62,20 @@ def test_help_keeps_its_short_flag_after_frames(capsys: pytest.CaptureFixture[st
     assert run("render", "-h") == 0
 
 
-def test_cache_shows_and_clears_what_is_kept(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+def test_doctor_shows_and_clears_what_is_kept(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("LODBENCH_CACHE", str(tmp_path))
     kept("tree", "a", lambda: {"a": np.zeros(1000)})
-    cache.main([], standalone_mode=False)
-    shown = capfd.readouterr().out
-    assert str(tmp_path) in shown and "tree" in shown and "0.0 MB" in shown
-    cache.main(["--json"], standalone_mode=False)
-    told = json.loads(capfd.readouterr().out)
-    assert told["kinds"]["tree"]["files"] == 1 and told["bytes"] > 8000
-    cache.main(["--clear", "--json"], standalone_mode=False)
-    assert json.loads(capfd.readouterr().out)["kinds"] == {}
+    assert cache_contents(tmp_path)[0].kind == "tree"
+    doctor._clear_cache()
+    assert cache_contents(tmp_path) == []
 
 
-def test_cache_without_a_folder_names_the_cure(
+def test_a_cache_without_a_folder_names_the_cure(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "file").write_text("no folder can be made below a file")
     monkeypatch.setenv("LODBENCH_CACHE", str(tmp_path / "file"))
     with pytest.raises(InputError, match="set LODBENCH_CACHE to a folder"):
-        cache.main([], standalone_mode=False)
+        doctor._clear_cache()

@@ -1,7 +1,6 @@
 """The program's manners: exit codes, one line for what goes wrong, stdout for JSON alone."""
 
 import errno
-import gc
 import json
 import os
 import signal
@@ -14,7 +13,7 @@ import click
 import pytest
 
 from bench.cli import main as cli
-from bench.cli.output import collector_paused, output, table
+from bench.cli.output import output, table
 from lod.errors import InputError
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -86,7 +85,6 @@ def test_what_goes_wrong_is_one_line_and_a_code(
 LATE = """
 import os, signal
 from bench.cli import main as cli
-from bench.cli.output import collector_paused
 
 class Last:
     def __del__(self, kill=os.kill, number=signal.SIGINT):
@@ -252,13 +250,3 @@ def test_a_line_is_completed(line: str, answers: list[str]) -> None:
 def test_a_shell_reads_the_script_of_completion() -> None:
     script = completed("", _LODBENCH_COMPLETE="bash_source")
     assert "_lodbench_completion" in " ".join(script)
-
-
-def test_garbage_is_searched_for_again_after_a_command(capsys: pytest.CaptureFixture[str]) -> None:
-    assert gc.isenabled()
-    assert leave(["list"]) == 0
-    assert gc.isenabled()
-    with pytest.raises(ValueError), collector_paused():
-        assert not gc.isenabled()
-        raise ValueError
-    assert gc.isenabled()

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from scenes.render.exr.sequence import load_manifest
+from scenes.render.exr.sequence import sequences_in, settings_hash
 
 ROOT = Path(__file__).resolve().parents[3]
 TINY = Path(__file__).with_name("tiny.toml")
@@ -39,7 +39,8 @@ def render(folder: Path, *words: str, frames: str = "1-2", name: str = "a") -> t
 
 
 def states(folder: Path) -> dict[str, str]:
-    return {name: e["settings"] for name, e in load_manifest(folder / "out").frames.items()}
+    whole, _ = sequences_in(folder / "out")
+    return {name: settings_hash(each.settings) for name, each in whole.items()}
 
 
 @pytest.fixture
@@ -54,7 +55,6 @@ def test_while_one_renders_others_are_refused(folder: Path) -> None:
     first = start(folder, *words)
     assert first.stdout
     assert "a.0001.exr" in first.stdout.readline()
-    before = states(folder)
     says = f"process {first.pid} on "
     for name, flags in (("b", ("--seed", "1")), ("a", ("--seed", "1", "--overwrite"))):
         code, err = render(folder, *flags, name=name)
@@ -62,27 +62,18 @@ def test_while_one_renders_others_are_refused(folder: Path) -> None:
         assert says in err
         assert "renders there with other settings; wait for its end" in err
         assert err.count("\n") == 1
-    assert states(folder) == before
+    assert len(set(states(folder).values())) == 1
     assert render(folder, name="b") == (0, "")  # a farm's processes share a folder
     first.send_signal(signal.SIGTERM)
     assert ended(first)[0] == 143
     code, err = render(folder, "--seed", "1")
     assert code == 2
-    assert "on record with other settings (seed: 0 → 1); choose another folder, or --overw" in err
-    assert ended(start(folder, "verify", "out"))[0] == 1  # the frames that never were
+    assert "there with other settings (seed: 0 → 1); choose another folder, or --overw" in err
+    assert ended(start(folder, "verify", "out")) == (0, "")
+    assert ended(start(folder, "verify", "out", "--frames", "1-900"))[0] == 1  # some never were
     assert render(folder, "--seed", "1", "--overwrite", frames="1-3") == (0, "")
     assert len(set(states(folder).values())) == 2
     assert not (folder / "out" / ".lodbench").exists()
-
-
-def test_what_is_on_record_is_refused_without_its_file(folder: Path) -> None:
-    assert render(folder) == (0, "")
-    (folder / "out" / "a.0001.exr").unlink()
-    code, err = render(folder, "--seed", "1", frames="1")
-    assert code == 2
-    assert "seed: 0 → 1" in err
-    assert render(folder, frames="1") == (0, "")
-    assert ended(start(folder, "verify", "out")) == (0, "")
 
 
 def test_of_two_that_start_at_once_one_is_refused(folder: Path) -> None:

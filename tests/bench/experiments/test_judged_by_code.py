@@ -12,7 +12,7 @@ import pytest
 
 from bench.experiment import experiments
 from bench.records.records import Column, Point, Record, read_record
-from bench.report.words import MARKS
+from bench.report.document import MARKS
 from lod.errors import InputError
 
 EXPERIMENTS = experiments()

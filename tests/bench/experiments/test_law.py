@@ -47,7 +47,7 @@ from bench.records.records import (
     write_record,
 )
 from bench.runs import RunRequest, run_experiment
-from bench.statistics.samples import StoppingRule
+from bench.statistics.estimates import StoppingRule
 from tests.bench.edited import edited
 
 SMALL = Case("density", "figure", "blake", density=0.01, detail=20.0)

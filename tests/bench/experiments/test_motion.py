@@ -12,9 +12,9 @@ from bench.experiments.motion import plots as motion_plots
 from bench.experiments.motion.claims import judge, kept, one_sided_excess_flip
 from bench.experiments.motion.moves import FAST, MOVES, PICTURED, Move
 from bench.experiments.motion.pictures import Pictures
+from bench.images.compare import LEAST_PAIRS
 from bench.records.records import Column, Point, columns, merge_points
 from bench.runs import run_experiment
-from bench.statistics.excess_flip import LEAST_PAIRS
 from scenes.render.variants import choose
 from tests.bench.edited import edited
 

@@ -1,16 +1,36 @@
-"""What switches in a step is what plane geometry says, and the verdicts follow from the counts."""
+"""What switches is what plane geometry says, and verdicts follow from counts."""
 
 import math
 import re
+from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
 
-from bench.experiments.popping import plots as popping_plots
-from bench.experiments.popping.claims import QUANTILES, SWITCHED, WAYS, judge
-from bench.experiments.popping.measure import in_one_only
+from bench.experiments.popping import (
+    AT_ONCE,
+    CLIP_WAYS,
+    CLIPPED,
+    CLIPS,
+    EXPERIMENT,
+    QUANTILES,
+    SHIPPED,
+    SHIPPED_WAYS,
+    WALK_WAYS,
+    Clip,
+    Steps,
+    clip_scenes,
+    in_one_only,
+    pixels_seen_before,
+)
+from bench.motion_residual import frames_of, popped
 from bench.records.provenance import provenance
-from bench.records.records import Column, Point, Record, columns, predictions
+from bench.records.records import Column, Point, Record, columns, merge_points, predictions
+from lod.camera import Corner, camera_from_heading
+from scenes.presets.load import load_preset
+from scenes.render.variants import choose
+from scenes.scene import Scene
 
 
 def test_area_in_one_disc_only():
@@ -24,42 +44,158 @@ def test_area_in_one_disc_only():
     assert in_one_only(np.array([2.0]), 1.5)[0] == pytest.approx(64 * inside.mean(), rel=0.02)
 
 
-def planted(switches=100.0, popped=0, worst=1.0):
+def switches_and_walks(switches=100.0, popped=0, worst=1.0):
     rng = np.random.Generator(np.random.Philox(5))
     counts = rng.poisson(switches, 200).tolist()
-    samples = {"switches": counts, "size_mpx": [400] * 100, "distance_mm": [9000, 20_000] * 50}
-    points = [
-        Point(
-            {"what": "switches", "species": "tree"},
-            predictions({"switches": 100.0}),
-            columns(samples),
-        )
-    ]
-    for way, share in zip(WAYS, (0.001, 0.3 * worst, 1.0), strict=True):
+    sizes = (400 + np.arange(100) % 7).tolist()
+    samples = {"switches": counts, "size_mpx": sizes, "distance_mm": [9000, 20_000] * 50}
+    case = {"topic": "popping", "what": "switches", "species": "tree"}
+    points = [Point(case, predictions({"switches": 100.0}), columns(samples))]
+    for way, share in zip(WALK_WAYS, (0.001, 0.3 * worst, 1.0), strict=True):
         rows = {q: [round(1e6 * share) + k for k in range(6)] for q in QUANTILES}
         many = [popped, popped + 1, popped] if way == "clipped" else [popped] * 3
-        changes = (Column(SWITCHED, row, {"quantile": q}) for q, row in rows.items())
-        samples = (*columns({"popped": many}), *changes)
-        points.append(Point({"what": "walk", "way": way}, samples=samples))
+        changes = (Column("switched", row, {"quantile": q}) for q, row in rows.items())
+        case = {"topic": "popping", "what": "walk", "way": way}
+        points.append(Point(case, samples=(*columns({"popped": many}), *changes)))
     return tuple(points)
 
 
+def moving(topic, way, change, popped=0, first=2, **of):
+    """Eight pairs of frames that change by about a share of white."""
+    around = np.rint(1e6 * change * (1 + 0.05 * np.array([-1, 1] * 4))).astype(int).tolist()
+    samples = {"frame": [*range(first, first + 8)], "popped": [popped] * 8}
+    samples |= {"changed_ppm": around, "residual_ppm": around}
+    return Point({"topic": topic, **of, "way": way}, samples=columns(samples))
+
+
+def shipped(change, popped=0, first=2):
+    return moving("popping_shipped", SHIPPED, change, popped, first, preset="forest")
+
+
+def clipped(first=2):
+    return moving("popping_shipped", CLIPPED, 0.2, 9, first, preset="forest")
+
+
+def film(pruned, planted=0.3):
+    shares = dict(zip(CLIP_WAYS, (pruned, 0.1, planted), strict=True))
+    return tuple(moving("films", way, share, clip="pan") for way, share in shares.items())
+
+
+def verdicts(*points):
+    return [each.verdict for each in EXPERIMENT.judged(points)]
+
+
 def test_verdicts_follow_from_counts():
-    verdict = {c.name: c.verdict for c in judge(planted())}
-    for name in ("blake/tree/switches", "blake/tree/size", "walk/fading/popped"):
-        assert verdict[name] == "holds", name
-    for name in ("unpruned/switched", "fading/better", "fading/switched"):
-        assert verdict[f"walk/{name}"] == "holds", name
-    little = {c.name: c.verdict for c in judge(planted(worst=2.0))}
-    assert little["walk/fading/switched"] == "refuted" and little["walk/fading/better"] == "holds"
-    wrong = {c.name: c.verdict for c in judge(planted(120.0, 9, 4.0))}
-    for name in ("blake/tree/switches", "walk/fading/popped", "walk/fading/better"):
-        assert wrong[name] == "refuted", name
+    """Switches, their size, parts popped, faded and clipped, then what is left of a switch."""
+    sure = ["holds", "holds", "holds", "inconclusive"]
+    assert verdicts(*switches_and_walks()) == [*sure, "holds", "holds", "holds"]
+    assert verdicts(*switches_and_walks(worst=2.0))[-2:] == ["holds", "refuted"]
+    wrong = ["refuted", "holds", "refuted", "expected violation", "holds", "refuted", "refuted"]
+    assert verdicts(*switches_and_walks(120.0, 9, 4.0)) == wrong
+    assert verdicts(shipped(0.03), clipped()) == ["holds"] * 3
+    assert verdicts(shipped(0.03, popped=1), clipped()) == ["refuted", "holds", "holds"]
+    assert verdicts(shipped(0.12), clipped()) == ["holds", "refuted", "refuted"]
+    assert verdicts(shipped(0.05), clipped())[1] == "inconclusive"
+    assert verdicts(*film(0.05)) == ["holds"] * 3
+    assert verdicts(*film(0.12)) == ["holds", "refuted", "holds"]
+    assert verdicts(*film(0.05, 0.105)) == ["holds", "holds", "refuted"]
 
 
-def test_the_report_shows_switches_and_walks():
-    points = planted()
-    made = Record("popping", 1, True, "", provenance("", 0), points, judge(points), {})
-    heads, rows = popping_plots.point_table(made)
-    assert len(rows) == len(points) and all(len(row) == len(heads) for row in rows)
-    assert not any(re.search(r"\bnan\b", plot.svg) for plot in popping_plots.plots(made))
+def test_every_topic_is_plotted():
+    halves = [each for first in (2, 10) for each in (shipped(0.03, 1, first), clipped(first))]
+    points = merge_points([*switches_and_walks(), *halves, *film(0.05)])
+    made = Record("popping", 1, True, "", provenance("", 0), points, EXPERIMENT.judged(points), {})
+    plots = EXPERIMENT.plots(made)
+    assert [each.name for each in plots] == [
+        "popping",
+        "popping-shipped-forest",
+        "popping-film-pan",
+    ]
+    assert not any(re.search(r"\bnan\b", plot.svg) for plot in plots)
+    assert list(plots[1].drawn[0].x) == list(range(2, 18)) and len(plots[1].drawn) == 3
+
+
+def test_a_walk_has_all_its_pairs_in_cases_that_are_kept_one_by_one():
+    made = EXPERIMENT.cases("popping_shipped", EXPERIMENT.topics["popping_shipped"].full)
+    for preset in ("forest", "mountain"):
+        for way in SHIPPED_WAYS:
+            mine = [case for case in made if (case.preset, case.way) == (preset, way)]
+            frames = [case.first + k for case in mine for k in range(case.pairs)]
+            assert frames == list(range(1, 49)) and max(c.pairs for c in mine) == AT_ONCE
+            loaded = load_preset(preset, mine[0].settings)
+            assert loaded.camera.speed == 1.4
+            assert loaded.view.detail == load_preset(preset, ()).view.detail
+            assert (loaded.view.fade == 0) == (way == CLIPPED)
+
+
+@pytest.mark.parametrize("name", list(CLIPS))
+@pytest.mark.parametrize("way", list(CLIP_WAYS))
+def test_every_clip_is_a_preset(name, way):
+    for scene in clip_scenes(name, way):
+        assert (scene.preset.view.metric == "full") == (way == "unpruned")
+
+
+def stopping():
+    """The clip, of people alone on bare ground."""
+    people = "species.tree.density=0", "species.figure.prototypes=1", "species.figure.density=0.02"
+    (scene,) = clip_scenes("stop", "pruned", *people)
+    bare = replace(scene.world.terrain, aggregate_cover=None)
+    return scene.with_world(replace(scene.world, terrain=bare))
+
+
+def test_nothing_comes_at_full_size_when_the_camera_stops(monkeypatch):
+    """Where nothing eases what the turn hides, hundreds of parts come in the frame of the stop."""
+
+    def pops():
+        return [popped(*both) for both in pairwise(frames_of((stopping(),), range(15, 18)))]
+
+    assert pops() == [0, 0]
+    eased = Scene.view
+
+    def not_eased(scene, number):
+        view = eased(scene, number)
+        return replace(view, shutter=replace(view.shutter, neighbour=None))
+
+    monkeypatch.setattr(Scene, "view", not_eased)
+    assert max(pops()) > 200
+
+
+def test_a_frame_of_a_stop_alone_is_that_of_the_sequence():
+    scene = stopping()
+    for number in (14, 15, 16):
+        after = scene.input(number, "scalar_rgb")
+    alone = stopping().input(16, "scalar_rgb")
+    for one, other in zip(after.displayed, alone.displayed, strict=True):
+        assert np.array_equal(one.cut.part, other.cut.part)
+        a, b = (next(iter(vars(each.shape).values())) for each in (one, other))
+        assert len(a) and a.tobytes() == b.tobytes()
+
+
+def test_what_a_turn_brings_into_view_is_told_from_what_was_seen():
+    """30° to the right of 60°: what was right of the middle is now left of it."""
+
+    def camera(heading):
+        return camera_from_heading(Corner(0, 0), np.zeros(3), heading, 0.0, 60.0, (64, 36))
+
+    known = pixels_seen_before(camera(0.0), camera(30.0))
+    assert known[18, :31].all() and not known[18, 33:].any()
+    assert pixels_seen_before(camera(0.0), camera(0.0)).all()
+    assert not pixels_seen_before(camera(0.0), camera(180.0)).any()
+
+
+@pytest.mark.slow
+def test_clips_and_clipped_walks_are_measured():
+    """Of the wood in which large branches come and go, with pixels as large as they."""
+    film = EXPERIMENT.measure(Clip("stop", "planted faults", 15, 17, choose()), 0)
+    assert film.column("frame") == [16, 17] and min(film.column("residual_ppm")) > 0
+    wood = "world.extent=60.0", "terrain.reach=300.0", "view.haze_aware=false"
+    looks = *wood, "render.size=64x36", "render.spp=4", "view.detail=2.4"
+    found = [
+        EXPERIMENT.measure(Steps("forest", way, (*looks, *more), 36, 1, choose()), 0)
+        for way, more in SHIPPED_WAYS.items()
+    ]
+    assert [p.column("frame") for p in found] == [[37]] * 2
+    (shipped,), (clipped,) = (p.column("popped") for p in found)
+    assert shipped == 0 and clipped > 2
+    (shipped,), (clipped,) = (p.column("changed_ppm") for p in found)
+    assert 0 < shipped < clipped

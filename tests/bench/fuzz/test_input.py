@@ -34,7 +34,7 @@ from scenes import plugins as entry_points
 from scenes.files import check_pattern
 from scenes.presets.keys import known_keys
 from scenes.presets.load import load_preset, preset_from, preset_names
-from scenes.render.exr.sequence import NAME, load_manifest, whole_frame
+from scenes.render.exr.sequence import read_whole
 
 KINDS = 6
 CASES = int(os.environ.get("LODBENCH_FUZZ", "600")) // KINDS
@@ -181,14 +181,6 @@ def changed(data: Any, draw: Callable[[Any], Any]) -> Any:
 
 
 HASH = "ab" * 32
-MANIFEST = {
-    "version": 3,
-    "settings": {HASH: {"seed": 0, "render": {"spp": 1}}},
-    "frames": {
-        "a.0001.exr": {"frame": 1, "state": "done", "sha256": HASH, "settings": HASH},
-        "a.0002.exr": {"frame": 2, "state": "pending", "settings": HASH},
-    },
-}
 RECORD = {
     "experiment": "scaling",
     "version": 1,
@@ -203,14 +195,10 @@ RECORD = {
 
 @fuzzed
 @given(st.data())
-def test_manifests_and_records(data: st.DataObject) -> None:
-    """Edited files; a record is sealed again, as one would who knows how."""
+def test_records(data: st.DataObject) -> None:
+    """Edited, and sealed again, as one would who knows how."""
     with tempfile.TemporaryDirectory() as text:
         folder = Path(text)
-        manifest = json.dumps(changed(MANIFEST, data.draw))
-        at = data.draw(st.integers(0, 4 * len(manifest)))
-        (folder / NAME).write_text(manifest[:at], encoding="utf-8")
-        judge(lambda: load_manifest(folder))
         content = changed(RECORD, data.draw)
         try:
             seal = _hash(json.loads(json.dumps(content)))
@@ -246,7 +234,7 @@ def test_headers(frame: bytes, data: st.DataObject) -> None:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "a.0001.exr"
         path.write_bytes(bytes(body[:end]))
-        judge(lambda: whole_frame(path))
+        judge(lambda: read_whole(path))
 
 
 class Entry:
@@ -295,11 +283,11 @@ def test_plug_ins(found: Any) -> None:
 @pytest.mark.slow
 @settings(fuzzed, max_examples=PROGRAMS)
 @given(
-    st.sampled_from(["count", "render", "show", "frames", "verify", "ids", "run", "compare"]),
+    st.sampled_from(["count", "render", "show", "frames", "verify", "list", "run", "compare"]),
     st.lists(st.one_of(WORDS, st.tuples(FLAGS, WORDS)), max_size=4),
 )
 @example("verify", [("--json", "")])
-@example("ids", [])
+@example("list", [])
 @example("compare", ["0"])
 @example("run", ["0"])
 def test_whole_programs(name: str, words: list[str | tuple[str, str]]) -> None:
@@ -320,7 +308,7 @@ def test_whole_programs(name: str, words: list[str | tuple[str, str]]) -> None:
         patch.setattr(cli, "_verdict", verdict)
         os.chdir(folder)
         small = ["-D", 'render.size="4x4"', "-D", "terrain.reach=100"]
-        preset = {"run": [], "compare": [], "verify": [], "ids": []}.get(name, ["zoo", *small])
+        preset = {"run": [], "compare": [], "verify": [], "list": []}.get(name, ["zoo", *small])
         out = ["-o", "out/a.####.exr"] if name in ("render", "frames") else []
         try:
             with pytest.raises(SystemExit) as left, contextlib.redirect_stdout(io.StringIO()):

@@ -11,9 +11,8 @@ import pytest
 from bench.experiment import experiments, silent
 from bench.records.probe import NOTE, SOURCES, has_changed, take_probe
 from bench.records.records import read_records, write_record
-from bench.report import stale as rule
-from bench.report.stale import CHANGED, NO_PROBE, OTHER_VERSION, stale
-from bench.report.write import write_report
+from bench.report import write as rule
+from bench.report.write import CHANGED, NO_PROBE, OTHER_VERSION, stale, write_report
 from bench.runs import RunRequest, journal, run_request, serial_executor, sources
 
 EXPERIMENTS = experiments()

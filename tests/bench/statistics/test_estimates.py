@@ -7,13 +7,14 @@ import numpy as np
 import pytest
 
 from bench.statistics.estimates import (
+    StoppingRule,
     fields_needed,
+    sample,
     standard_error,
     two_sided_ratio,
     two_sided_ratio_of_means,
     two_sided_slope,
 )
-from bench.statistics.samples import StoppingRule, sample
 from lod.errors import InputError
 
 

@@ -14,7 +14,7 @@ def leave(arguments: list[str]) -> int:
 
 def test_every_study_has_a_line_and_a_command() -> None:
     names = study_descriptions()
-    assert {"speed", "tone", "memory", "soak"} <= set(names)
+    assert {"speed", "tone", "memory"} <= set(names)
     for name, about in names.items():
         assert 20 < len(about) <= 100 and "bench." not in about
         assert load_study(name).get_short_help_str()

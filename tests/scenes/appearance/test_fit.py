@@ -3,7 +3,7 @@
 No file holds a value that was fitted to a model: a fit needs its shapes and albedos alone.
 
 The data files of the packages are presets, botany, anatomy, golden counts (which
-``tests/bench/count`` counts again) and the sky's table (``bench.calibrate.sky_table``).
+``tests/bench/count`` counts again) and the sky's table (``tests.tools.sky_table``).
 """
 
 import subprocess
@@ -159,14 +159,13 @@ def test_a_fit_is_told_of_when_it_is_made_and_not_when_it_was_kept(bush, tmp_pat
         assert told == [("fits", 1.0, 2)]
 
 
-ROOT = Path(__file__).resolve().parents[4]
+ROOT = Path(__file__).resolve().parents[3]
 
 FITTED = {"area_share", "heights", "leaf_appearance", "lit", "lit_bare", "overlap", "sides", "tone"}
 """Names under which fitted values stood in files, and under which fits have them now."""
 
 KINDS = {
     "bench/workloads.json",
-    "bench/studies/appearance/kinds/*.toml",
     "scenes/figures/animals/*.toml",
     "scenes/figures/*.toml",
     "scenes/trees/species/*.toml",

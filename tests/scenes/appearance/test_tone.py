@@ -10,9 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bench.calibrate.sky_table import cells
 from lod.shapes import StickTable
-from scenes.appearance.sky import ELEVATIONS_DEG as ELEVATIONS_DEG_sky
+from scenes.appearance import sky as skies
 from scenes.appearance.sky import (
     SKY_COLUMNS,
     SKY_ROWS,
@@ -27,6 +26,7 @@ from scenes.render import variants
 from scenes.sticks.by_view import ELEVATIONS_DEG, ViewDependence
 from scenes.sticks.prototype import LUMINANCE, PartPlaces, assemble_prototype
 from scenes.sticks.shapes import Shapes
+from tests.tools.sky_table import cells
 
 BLACK = np.zeros(3)
 
@@ -147,11 +147,6 @@ def test_threads_do_not_show(monkeypatch):
     assert np.array_equal(*found)
 
 
-def test_the_sky_of_the_fit_gives_white_level_ground_its_light():
-    sky = sky_at(40.0, 3.0)
-    assert (sky.share > 0).all() and (sky.share < 1).all()
-
-
 def test_an_even_sky_sends_its_radiance_to_level_ground():
     assert cell_irradiance().sum() == pytest.approx(1.0)
     even = Sky(np.broadcast_to((0.1, 0.3, 0.5), (SKY_ROWS, SKY_COLUMNS, 3)))
@@ -179,7 +174,7 @@ def test_between_its_entries_it_is_between_them(elevation, turbidity):
     assert (sky.radiance >= 0).all() and (0 < sky.share).all() and (sky.share <= 1).all()
     around = [
         sky_at(e, t).radiance
-        for e in nearest(ELEVATIONS_DEG_sky, elevation)
+        for e in nearest(skies.ELEVATIONS_DEG, elevation)
         for t in nearest(TURBIDITIES, turbidity)
     ]
     assert (sky.radiance >= np.min(around, axis=0) - 1e-9).all()

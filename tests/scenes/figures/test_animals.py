@@ -1,21 +1,17 @@
 """An animal is one TOML file: what it may say, and how each mistake is answered in one line."""
 
-import math
-
 import numpy as np
 import pytest
 
 from bench.experiments.figure import EVERYTHING
 from lod.errors import InputError
-from scenes.figures.anatomy import Rod
+from scenes.figures.anatomy import Build, build_prototype
 from scenes.figures.animal_file import animal, animal_tables, load_animal
 from scenes.figures.person import people_at_rest
 from scenes.model_files.names import animal_names
-from scenes.rig.foot_placement import Placements, place_on_ground
-from scenes.rig.pose import PoseTables, pose_points
-from scenes.rig.rotations import matrices, to_euler
+from scenes.rig.rotations import to_euler
 from tests.scenes.figures.contact_errors import foot_slide, lowest_heights, sample_cycle
-from tests.scenes.figures.motion_phase import at_phase, motion_at
+from tests.scenes.figures.motion_phase import motion_at
 
 WALKERS = [name for name in animal_names() if animal_tables(name).gait.legs]
 LIVING = ["rabbit", "giraffe", "ostrich"]
@@ -85,37 +81,9 @@ def test_parts_of_living_things_shrink_with_depth(name):
 
 
 def test_an_artifact_has_big_bits_tacked_on():
-    h, names = animal("windmill").hierarchy, animal_tables("windmill").anatomy.part_names
+    h, names = animal("windmill").hierarchy, animal_tables("windmill").part_names
     sail = names.index("sail 1")
     assert h.P[sail] > 3 * h.P[h.parent[sail]]
-
-
-@pytest.mark.parametrize("name", animal_names())
-def test_every_pose_of_the_motion_stays_within_R(name):
-    it = animal(name)
-    for phase in np.linspace(0, 1, 9):
-        at_phase(it, float(phase))  # a prototype refuses sticks beyond R
-
-
-def test_the_compiled_walk_poses_them_all_as_their_rigs_do():
-    them = tuple(animal(name) for name in animal_names())
-    phases = np.array((0.0, 0.31, 0.99, 0.999))
-    for variant, it in enumerate(them):
-        n, count = len(it.rig), len(phases)
-        rows, joints = np.divmod(np.arange(count * n), n)
-        cast, same = PoseTables.of(them), (np.zeros((count, 2)), np.ones(count), np.zeros(count))
-        drawn = np.full(count, variant), phases, np.ones(count)
-        instances = place_on_ground(cast, lambda xy: np.zeros(len(xy)), Placements(*same, *drawn))
-        corners = [
-            pose_points(cast, instances, rows, joints, np.tile(corner, (n, 1)), np.arange(n))
-            for corner in np.vstack((np.zeros(3), np.eye(3)))
-        ]
-        for o, phase in enumerate(phases.tolist()):
-            at, facing = it.rig.frames(*motion_at(it.motion, phase))
-            origin, *axes = (corner[rows == o] for corner in corners)
-            assert np.allclose(origin, at, atol=1e-12)
-            turned = np.stack([axis - origin for axis in axes], axis=-1)
-            assert np.allclose(turned, matrices(facing), atol=1e-12)
 
 
 def test_an_unknown_kind_is_named():
@@ -176,27 +144,39 @@ def tables(tmp_path, text):
     return load_animal(path)
 
 
+def built(tmp_path):
+    it = tables(tmp_path, BIRD.replace('"mean"', '"feather"'))
+    return build_prototype("bird", it, Build(it.height, it.materials))
+
+
 def test_a_file_becomes_anatomy_build_and_gait(tmp_path):
     it = tables(tmp_path, BIRD)
-    assert it.build.height == 0.4
-    assert it.anatomy.part_names == ("bird", "head", "left leg", "right leg")
-    joints = it.anatomy.joints | it.anatomy.side_joints
-    assert joints["neck"].limits == ((0, -10, 0), (0, 60, 0))
-    assert joints["hip"].limits == ((-10, -40, -10), (10, 40, 10))
-    assert joints["trunk"].limits is None  # it does not turn
-    rest = {name: joint.rest for name, joint in joints.items() if any(joint.rest)}
-    assert rest == {"neck": (0, 30, 0), "knee": (0, 10, 0)}
-    rod = Rod("ankle", (0, 0, 0), (1, 0, 0), 0.1, 0.1, "mean", False)
-    assert it.anatomy.side_parts["leg"].body == (rod,)
+    assert it.part_names == ("bird", "head", "left leg", "right leg")
+    rig = built(tmp_path).rig
+    assert rig.name[:2] == ("trunk", "neck") and rig.name[2] == "left hip"
+    limits = {
+        name: (low, high) for name, low, high in zip(rig.name, rig.low, rig.high, strict=True)
+    }
+    assert np.array_equal(limits["neck"], ((0, -10, 0), (0, 60, 0)))
+    assert np.array_equal(limits["left hip"], ((-10, -40, -10), (10, 40, 10)))
+    assert not np.any(limits["trunk"])  # it does not turn
+    rest = {name: joint.rest for name, joint in (it.joints | it.side_joints).items()}
+    assert {name: each for name, each in rest.items() if any(each)} == {
+        "neck": (0, 30, 0),
+        "knee": (0, 10, 0),
+    }
+    (rod,) = it.side_parts["leg"].body
+    assert (rod.joint, rod.start, rod.end, rod.material) == ("ankle", (0, 0, 0), (1, 0, 0), "mean")
     assert (it.gait.froude, it.gait.duty) == (0.1, 0.62)
     assert it.gait.legs[0].apart == 0.5
 
 
 def test_copies_stand_evenly_around_the_axis(tmp_path):
-    rods = tables(tmp_path, BIRD).anatomy.parts["head"].body
-    angles = [math.degrees(math.atan2(rod.end[1], rod.end[0])) % 360 for rod in rods]
+    leaf = built(tmp_path).leaf
+    ends = leaf.end[leaf.first[1] : leaf.first[2]]
+    angles = np.degrees(np.arctan2(ends[:, 1], ends[:, 0])) % 360
     assert angles == pytest.approx([0, 90, 180, 270])
-    assert {(math.hypot(*rod.end[:2]).__round__(12), rod.end[2]) for rod in rods} == {(2.0, 1.0)}
+    assert np.hypot(*ends.T[:2]) == pytest.approx(2 * ends[:, 2])
 
 
 CORE = '[{ joint = "%s", start = [0, 0, 0], end = [0, 0, 1], radii = [1, 1], material = "mean" }]'
@@ -204,7 +184,7 @@ CORE = '[{ joint = "%s", start = [0, 0, 0], end = [0, 0, 1], radii = [1, 1], mat
 
 def test_the_core_of_the_trunk_rides_on_joints_of_either_side(tmp_path):
     text = BIRD.replace("level = 0\n", f"level = 0\ncore = {CORE % 'right hip'}\n")
-    assert [rod.joint for rod in tables(tmp_path, text).anatomy.parts["bird"].core] == ["right hip"]
+    assert [rod.joint for rod in tables(tmp_path, text).parts["bird"].core] == ["right hip"]
     with pytest.raises(InputError, match=r"parts.bird.core\[0\].joint"):
         tables(tmp_path, text.replace("right hip", "hind hip"))
 

@@ -18,7 +18,7 @@ from scenes.field.prototypes import species_prototypes
 from scenes.field.species_field import Placed, Species, SpeciesField
 from scenes.ground.terrain import Terrain
 from scenes.imported.appearances import TINTS, few_tints, surface_balls
-from scenes.imported.imported_prototype import depth_first, imported_prototype, projected_areas
+from scenes.imported.imported_prototype import imported_prototype, projected_areas
 from scenes.imported.library import read_model
 from scenes.imported.part_tree import PartTree
 from scenes.render.drivers.motion_vectors import carry_with_triangle
@@ -74,14 +74,6 @@ def test_thin_things_are_measured_without_bias() -> None:
     parent = np.array([-1] + [0] * 400)
     area = projected_areas(parent, meshes, directions(16)).mean(axis=1)
     assert area[0] == pytest.approx(area[1:].sum(), rel=0.08)
-
-
-def test_depth_first_runs_hold_all_that_hangs_on_a_part() -> None:
-    parent, count = np.array([-1, 0, 0, 1, 2, 1, 3]), np.array([0, 0, 0, 0, 5, 2, 7])
-    order, begin, end = depth_first(parent, count)
-    assert order.tolist() == [0, 1, 3, 6, 5, 2, 4]
-    assert (end - begin).tolist() == [14, 9, 5, 7, 5, 2, 7]
-    assert begin.tolist() == [0, 0, 9, 0, 9, 7, 0]
 
 
 def test_pieces_share_the_surface(mill_tree: PartTree) -> None:

@@ -15,6 +15,7 @@ from scenes.imported.library import keep_model, model_by_digest, read_model
 from scenes.presets.load import load_preset
 from scenes.render.exr.header import frame_settings
 from scenes.render.exr.layers import read_exr
+from scenes.render.exr.sequence import read_whole
 from scenes.render.frame_session import FrameSession
 from scenes.render.variants import choose
 from tests.scenes.imported.sample_models import lamp_tree, mill
@@ -95,7 +96,7 @@ def test_they_are_rendered_resumed_and_verified(
     moving = np.linalg.norm(layers.motion, axis=-1) > 0
     assert moving.any() and not moving.all()
     assert (layers.level[moving] >= 2).all()  # sails, and nothing of what stands still
-    code, said, _ = run("ids", str(tmp_path / "out/a.0001.exr"), "--json")
+    code, said, _ = run("list", "--objects", str(tmp_path / "out/a.0001.exr"), "--json")
     assert code == 0
     assert {"mill", "lamps", "near"} & set(said.replace('"', " ").split())
     # Another model under the same name: other settings.
@@ -183,6 +184,5 @@ def test_an_imported_model_acts(tmp_path: Path, run: Any) -> None:
     target = tmp_path / "out" / "a.####.exr"
     code, out, err = run("render", scene, "-o", str(target), "--frames", "2", "--json")
     assert code == 0, err
-    settings = json.loads((tmp_path / "out" / "manifest.json").read_text())["settings"]
-    (kept,) = settings.values()
+    kept = read_whole(tmp_path / "out" / "a.0002.exr").settings
     assert len(kept["actors"]["mill"]["model_sha256"]) == 64

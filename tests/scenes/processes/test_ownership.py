@@ -5,30 +5,29 @@ import fcntl
 import multiprocessing
 import os
 import signal
-import threading
 import time
 
 import pytest
 
-from scenes.processes import ownership as claims
-from scenes.processes.ownership import NAME, Claimed, claim
+from scenes.processes import ownership as module
+from scenes.processes.ownership import NAME, Owned, ownership
 
 spawning = multiprocessing.get_context("fork")
 
 
 @pytest.fixture(autouse=True)
 def quick(monkeypatch):
-    monkeypatch.setattr(claims, "BEAT_S", 0.1)
-    monkeypatch.setattr(claims, "SILENCE_S", 1.5)
-    monkeypatch.setattr(claims, "_LOOK_S", 0.05)
+    monkeypatch.setattr(module, "BEAT_S", 0.1)
+    monkeypatch.setattr(module, "SILENCE_S", 1.5)
+    monkeypatch.setattr(module, "_LOOK_S", 0.05)
 
 
 @pytest.fixture(autouse=True)
 def not_for_ever():
-    """End a test that waits for a claim nobody gives up: without it a broken claim hangs here."""
+    """End a test that waits for a folder nobody gives up."""
 
     def ended(*_):
-        raise TimeoutError("a claim was waited for too long")
+        raise TimeoutError("it was waited for too long")
 
     before = signal.signal(signal.SIGALRM, ended)
     signal.setitimer(signal.ITIMER_REAL, 120)
@@ -49,15 +48,15 @@ def own_locks(*_):
 def locks(request, monkeypatch):
     """The three kinds of file systems."""
     if request.param == "no locks":
-        monkeypatch.setattr(claims.fcntl, "flock", no_locks)
+        monkeypatch.setattr(module.fcntl, "flock", no_locks)
     if request.param == "locks of another machine":
-        monkeypatch.setattr(claims.fcntl, "flock", own_locks)
-        monkeypatch.setattr(claims, "_system", lambda: str(time.monotonic_ns()))
+        monkeypatch.setattr(module.fcntl, "flock", own_locks)
+        monkeypatch.setattr(module, "_system", lambda: str(time.monotonic_ns()))
     return request.param
 
 
 def held(folder, group, pipe):
-    with claim(folder, "frames", group):
+    with ownership(folder, group):
         pipe.send("ready")
         pipe.recv()
 
@@ -80,27 +79,27 @@ def holder(folder, group):
 def test_others_are_refused_by_name_and_those_of_the_group_are_not(tmp_path):
     with holder(tmp_path, "one") as process:
         with (
-            pytest.raises(Claimed, match=f"process {process.pid} on "),
-            claim(tmp_path, "frames", "two"),
+            pytest.raises(Owned, match=f"process {process.pid} on "),
+            ownership(tmp_path, "two"),
         ):
             pass
-        with claim(tmp_path, "frames", "one"), claim(tmp_path, "other purpose", "two"):
+        with ownership(tmp_path, "one"):
             pass
-        with pytest.raises(Claimed), claim(tmp_path, "frames", "two"):
+        with pytest.raises(Owned), ownership(tmp_path, "two"):
             pass
-    with claim(tmp_path, "frames", "two"):
+    with ownership(tmp_path, "two"):
         assert len(os.listdir(tmp_path / NAME)) == 1
     assert os.listdir(tmp_path) == []
 
 
-def test_a_claim_of_the_dead_is_taken_over(tmp_path, locks):
+def test_a_folder_of_the_dead_is_taken_over(tmp_path, locks):
     """At once where a lock died with its process, else after silence."""
     with holder(tmp_path, "one") as process:
         os.kill(process.pid, signal.SIGKILL)
         process.join()
         assert len(os.listdir(tmp_path / NAME)) == 1
         start = time.monotonic()
-        with claim(tmp_path, "frames", "two"):
+        with ownership(tmp_path, "two"):
             took = time.monotonic() - start
     assert (took < 1) == (locks == "locks"), took
     assert took < 10
@@ -111,34 +110,34 @@ def test_one_that_sleeps_keeps_its_lock(tmp_path):
     with holder(tmp_path, "one") as process:
         os.kill(process.pid, signal.SIGSTOP)
         time.sleep(2)
-        with pytest.raises(Claimed), claim(tmp_path, "frames", "two"):
+        with pytest.raises(Owned), ownership(tmp_path, "two"):
             pass
         os.kill(process.pid, signal.SIGCONT)
 
 
 @pytest.mark.parametrize("text", [b"", b"{", b"[]", b'{"group": "one"}', b"\xff" * 700])
-def test_what_is_no_claim_is_silent_and_goes(tmp_path, text):
+def test_what_names_no_owner_is_silent_and_goes(tmp_path, text):
     (tmp_path / NAME).mkdir()
-    (tmp_path / NAME / "000000000001.x.frames").write_bytes(text)
-    with claim(tmp_path, "frames", "two"):
+    (tmp_path / NAME / "x.owner").write_bytes(text)
+    with ownership(tmp_path, "two"):
         pass
     assert os.listdir(tmp_path) == []
 
 
-def test_half_made_claims_of_the_dead_go(tmp_path):
+def test_half_made_files_of_the_dead_go(tmp_path):
     (tmp_path / NAME).mkdir()
     old, new = (tmp_path / NAME / f"{age}.new" for age in ("old", "new"))
     old.touch()
     new.touch()
     os.utime(old, (1, 1))
-    with claim(tmp_path, "frames", "two"):
+    with ownership(tmp_path, "two"):
         assert new.exists()
         assert not old.exists()
 
 
 def entering(folder, group, inside, seen, turns):
     for _ in range(turns):
-        with contextlib.suppress(Claimed), claim(folder, "frames", group):
+        with contextlib.suppress(Owned), ownership(folder, group):
             with inside[group].get_lock():
                 inside[group].value += 1
             seen[group].value += 1
@@ -151,7 +150,7 @@ def entering(folder, group, inside, seen, turns):
 
 @pytest.mark.usefixtures("locks")
 def test_two_groups_are_never_inside_at_once(tmp_path, monkeypatch):
-    monkeypatch.setattr(claims, "SILENCE_S", 60)  # nobody dies here, and machines are slow
+    monkeypatch.setattr(module, "SILENCE_S", 60)  # nobody dies here, and machines are slow
     names = ("one", "two", "three")
     inside = {name: spawning.Value("i", 0) for name in names}
     seen = {name: spawning.Value("i", 0) for name in (*names, "both")}
@@ -168,29 +167,7 @@ def test_two_groups_are_never_inside_at_once(tmp_path, monkeypatch):
     assert os.listdir(tmp_path) == []
 
 
-@pytest.mark.usefixtures("locks")
-def test_those_who_wait_come_one_after_the_other(tmp_path):
-    count, inside = [], []
-
-    def add():
-        for _ in range(5):
-            with claim(tmp_path, "manifest", wait=True):
-                inside.append(len(inside))
-                seen = len(count)
-                time.sleep(0.002)
-                count.append(seen)
-                inside.pop()
-
-    threads = [threading.Thread(target=add) for _ in range(4)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join(60)
-    assert count == list(range(20))
-    assert inside == []
-
-
-def test_the_lock_is_seen_by_others_before_the_claim_is(tmp_path, monkeypatch):
+def test_the_lock_is_seen_by_others_before_the_file_is(tmp_path, monkeypatch):
     locked = []
     really = os.rename
 
@@ -205,5 +182,5 @@ def test_the_lock_is_seen_by_others_before_the_claim_is(tmp_path, monkeypatch):
         locked.append(target)
 
     monkeypatch.setattr(os, "rename", renamed)
-    with claim(tmp_path, "frames", "one"):
+    with ownership(tmp_path, "one"):
         assert len(locked) == 1

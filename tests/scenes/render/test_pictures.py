@@ -16,8 +16,6 @@ from PIL import Image
 from lod.errors import InputError
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.layers import Layers
-from scenes.render import pictures as contact_sheet
-from scenes.render import pictures as denoise_layers
 from scenes.render.exr.layers import write_exr
 from scenes.render.pictures import (
     KEY,
@@ -27,11 +25,13 @@ from scenes.render.pictures import (
     PictureStyle,
     auto_exposure,
     default_columns,
+    denoise_layers,
     level_colours,
     level_pixels,
     preview,
     preview_pixels,
     to_srgb_8bit,
+    write_contact_sheet,
 )
 from scenes.render.render import render_frame
 
@@ -62,7 +62,9 @@ def test_exposure_brings_the_log_average_to_the_key():
 
 def test_a_sheet_exposes_all_frames_alike(tmp_path):
     paths = [frame(tmp_path / f"a.{n:04d}.exr", 0.05 * n) for n in (1, 2, 3)]
-    sheet = np.array(Image.open(contact_sheet(paths, tmp_path / "s.png", columns=3, width=64)))
+    sheet = np.array(
+        Image.open(write_contact_sheet(paths, tmp_path / "s.png", columns=3, width=64))
+    )
     greys = [int(sheet[20, 6 + 35 + k * 70, 0]) for k in range(3)]
     assert greys[0] < greys[1] < greys[2]
     assert not list(tmp_path.glob(".*"))
@@ -70,7 +72,7 @@ def test_a_sheet_exposes_all_frames_alike(tmp_path):
 
 def test_a_sheet_has_room_for_every_frame_and_its_number(tmp_path):
     paths = [frame(tmp_path / f"a.{n:04d}.exr", 0.2) for n in range(5)]
-    wide = Image.open(contact_sheet(paths, tmp_path / "s.png", width=64))
+    wide = Image.open(write_contact_sheet(paths, tmp_path / "s.png", width=64))
     assert default_columns(5) in (3, 5) and wide.width >= 3 * 64
     ink = np.array(wide)[6 + 36 : 6 + 36 + 20, :64].max()
     assert ink > 150
@@ -83,7 +85,7 @@ def test_a_single_preview_keeps_its_size(tmp_path):
 
 def test_no_frames_and_bad_exposure(tmp_path):
     with pytest.raises(InputError):
-        contact_sheet([], tmp_path / "s.png")
+        write_contact_sheet([], tmp_path / "s.png")
     with pytest.raises(InputError, match="exposure"):
         to_srgb_8bit(np.zeros((1, 1, 3)), float("nan"))
 
@@ -110,7 +112,7 @@ def test_bad_looks_are_refused(look):
         PictureStyle(**look)
 
 
-def frame_test_denoise(make, spp, denoise=False, size=(48, 32)):
+def denoised_frame(make, spp, denoise=False, size=(48, 32)):
     scene = [make.balls([(x, 8.0, 1.0) for x in range(-3, 4)]), make.ground()]
     quality = make.quality("scalar_rgb", spp)
     camera = make.camera(size)
@@ -121,8 +123,8 @@ def frame_test_denoise(make, spp, denoise=False, size=(48, 32)):
 
 def test_the_error_falls_and_the_raw_picture_stays(make):
     pytest.importorskip("mitsuba_oidn")
-    raw, with_it = (frame_test_denoise(make, 1, each, (96, 64)) for each in (False, True))
-    truth = frame_test_denoise(make, 256, size=(96, 64)).rgb
+    raw, with_it = (denoised_frame(make, 1, each, (96, 64)) for each in (False, True))
+    truth = denoised_frame(make, 256, size=(96, 64)).rgb
     assert raw.denoised is None
     assert np.array_equal(raw.rgb, with_it.rgb)
     assert with_it.denoised.shape == truth.shape and (with_it.denoised >= 0).all()
@@ -133,7 +135,7 @@ def test_the_error_falls_and_the_raw_picture_stays(make):
 
 def test_threads_and_repeats_do_not_matter(make):
     pytest.importorskip("mitsuba_oidn")
-    layers, threads = frame_test_denoise(make, 1), drjit.thread_count()
+    layers, threads = denoised_frame(make, 1), drjit.thread_count()
     try:
         pictures = []
         for count in (1, 2, 3, 2):
@@ -146,7 +148,7 @@ def test_threads_and_repeats_do_not_matter(make):
 
 def test_nothing_bright_or_black_upsets_it(make):
     pytest.importorskip("mitsuba_oidn")
-    layers = frame_test_denoise(make, 1, size=(20, 12))
+    layers = denoised_frame(make, 1, size=(20, 12))
     rgb = np.array(layers.rgb)
     rgb[:6], rgb[6:] = 0.0, 1e5
     assert np.isfinite(denoise_layers(replace(layers, rgb=rgb)).denoised).all()
@@ -155,10 +157,10 @@ def test_nothing_bright_or_black_upsets_it(make):
 def test_without_the_denoiser_the_extra_is_named(make, monkeypatch):
     monkeypatch.setitem(sys.modules, "mitsuba_oidn", None)
     with pytest.raises(InputError, match=r"lodbench\[denoise\]"):
-        frame_test_denoise(make, 1, denoise=True)
+        denoised_frame(make, 1, denoise=True)
 
 
-def frame_test_level_view(width=400, height=200):
+def level_frame(width=400, height=200):
     """Sky above, then levels 0 to 15 in columns, all of them facing up."""
     shape = height, width
     level = np.broadcast_to(np.arange(width) * 16 // width, shape)
@@ -170,7 +172,7 @@ def frame_test_level_view(width=400, height=200):
 
 
 def test_every_level_has_its_colour_and_the_sky_its_own():
-    picture = level_pixels(frame_test_level_view())
+    picture = level_pixels(level_frame())
     assert np.all(picture[:50] == SKY)
     row = picture[100]
     seen = [row[int((level + 0.5) * 400 / 16)] for level in range(16)]
@@ -188,15 +190,15 @@ def test_colours_grow_lighter_with_detail():
 
 def test_the_legend_is_there_where_there_is_room():
     large, small = (
-        level_pixels(frame_test_level_view()),
-        level_pixels(frame_test_level_view(60, 200)),
+        level_pixels(level_frame()),
+        level_pixels(level_frame(60, 200)),
     )
     assert np.all(large[-1, :] == large[-1, 0]), "a strip of paper"
     assert not np.all(small[-1, :] == small[-1, 0])
 
 
 def test_the_look_chooses():
-    layers = frame_test_level_view()
+    layers = level_frame()
     assert np.array_equal(
         preview_pixels(layers, PictureStyle(view="level"), 1.0), level_pixels(layers)
     )

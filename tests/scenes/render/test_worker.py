@@ -1,6 +1,6 @@
 """The process that renders: what it says, what its death costs, and that it never stays.
 
-The process that keeps the manifest never loads the renderer or the scene.
+The process that starts it never loads the renderer or the scene.
 """
 
 import os
@@ -15,7 +15,7 @@ import pytest
 from lod.errors import InputError
 from scenes.render import worker as worker_module
 from scenes.render.exr.sequence import FrameFailed, open_job
-from scenes.render.worker import MOST_FORETOLD, MOST_TRIES, Worker, evenly_spread, render_foretold
+from scenes.render.worker import MOST_ESTIMATED, MOST_TRIES, Worker, evenly_spread, render_left
 
 SETTINGS = {"render": {"variant": "scalar_rgb"}}
 
@@ -29,7 +29,7 @@ from pathlib import Path
 
 from lod.errors import InputError
 from scenes.processes.progress import tell, work
-from scenes.render.worker_child import serve
+from scenes.render.worker import serve
 
 
 class Session:
@@ -41,8 +41,8 @@ class Session:
         self.settings = settings
         Session.opened += 1
 
-    def foretell(self, frames, folder, most_bytes):
-        (Path(folder) / "foretold").write_text(f"{frames} {most_bytes}")
+    def preflight(self, frames, folder, most_bytes):
+        (Path(folder) / "estimated").write_text(f"{frames} {most_bytes}")
         if 105 in frames:
             raise InputError("--max-memory", "1 GB", "frame 105 needs more", "ask for less")
         if 107 in frames:
@@ -162,29 +162,29 @@ def test_a_session_lasts_until_other_settings_come(tmp_path):
     assert len({process for _, process in tries(tmp_path)}) == 1
 
 
-def test_a_sequence_is_foretold_before_its_first_frame(tmp_path):
+def test_a_sequence_is_estimated_before_its_first_frame(tmp_path):
     job = open_job(tmp_path / "a.####.exr", (1, 2, 105), SETTINGS)
     with Worker(most_bytes=10**9) as worker, pytest.raises(InputError, match="frame 105"):
-        list(render_foretold(job, worker))
+        list(render_left(job, worker))
     assert not (tmp_path / "tries").exists()
     job = open_job(tmp_path / "b.####.exr", (1, 2, 3), SETTINGS)
     with Worker(most_bytes=10**9) as worker:
-        assert [each["frame"] for each in render_foretold(job, worker)] == [1, 2, 3]
-    assert (tmp_path / "foretold").read_text() == "[1, 2, 3] 1000000000"
+        assert [each["frame"] for each in render_left(job, worker)] == [1, 2, 3]
+    assert (tmp_path / "estimated").read_text() == "[1, 2, 3] 1000000000"
 
 
 def test_a_process_that_dies_of_a_forecast_fails_no_other_frame(tmp_path):
     job = open_job(tmp_path / "a.####.exr", (1, 107), SETTINGS)
     with Worker() as worker:
-        assert len(list(render_foretold(job, worker))) == 2
+        assert len(list(render_left(job, worker))) == 2
     assert len({process for _, process in tries(tmp_path)}) == 1
 
 
-def test_of_many_frames_some_are_foretold_and_both_ends():
-    assert evenly_spread([5, 3], 64) == [5, 3]
-    some = evenly_spread(range(1, 1001), MOST_FORETOLD)
-    assert len(set(some)) == 64 and (some[0], some[-1]) == (1, 1000)
-    assert max(b - a for a, b in pairwise(some)) <= 16
+def test_of_many_frames_some_are_estimated_and_both_ends():
+    assert evenly_spread([5, 3], 16) == [5, 3]
+    some = evenly_spread(range(1, 1001), MOST_ESTIMATED)
+    assert len(set(some)) == 16 and (some[0], some[-1]) == (1, 1000)
+    assert max(b - a for a, b in pairwise(some)) <= 67
 
 
 def test_an_interrupt_ends_it_at_once(tmp_path):

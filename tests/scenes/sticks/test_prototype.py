@@ -163,14 +163,6 @@ class TestRealObjects:
             assert p.hierarchy.P[rows] == pytest.approx(np.sqrt(largest), rel=0.015)
             assert (p.hierarchy.P[rows] <= np.sqrt(largest) * 1.005).all()
 
-    def test_leaf_appearance_is_never_empty(self):
-        for p in all_prototypes():
-            assert (p.leaf.count > 0).all()
-
-    def test_parts_that_own_nothing_are_never_inner(self):
-        for p in all_prototypes():
-            assert (p.inner.count[p.hierarchy.part_count == 0] == 0).all()
-
 
 def _farthest(table, row, origin):
     block = slice(table.first[row], table.first[row + 1])
@@ -248,12 +240,6 @@ class TestRefused:
 
 def _columns(table):
     return [table.start, table.end, table.start_radius, table.end_radius, table.tint]
-
-
-def test_arrays_cannot_be_written():
-    for array in (pole().leaf.start, pole().tints, pole().hierarchy.P):
-        with pytest.raises(ValueError, match="read-only"):
-            array[0] = 0
 
 
 def test_a_dark_thing_stands_out_most_against_the_sky_and_a_white_one_against_shade():

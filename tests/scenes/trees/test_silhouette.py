@@ -28,6 +28,7 @@ from scenes.sticks.areas import directions
 from scenes.sticks.by_view import area_shares_at, with_area_share
 from scenes.trees.species import tree_species
 from scenes.trees.tree import tree_prototypes
+from tests.scenes.flat_ground import FlatGround
 
 TREES = [(name, "summer") for name in tree_species_names()] + [
     ("tree", "winter"),
@@ -36,16 +37,6 @@ TREES = [(name, "summer") for name in tree_species_names()] + [
 TREES += [("shrub", "winter"), ("tree", "autumn")]
 AROUND = directions(64) * np.where(np.arange(64) % 2, -1.0, 1.0)[:, None]
 RAYS = 220
-
-
-class Plain:
-    """Flat ground."""
-
-    def height(self, corner, xy):
-        return np.zeros(len(xy))
-
-    def bounds(self):
-        return 0.0, 0.0
 
 
 @lru_cache(maxsize=16)
@@ -64,7 +55,7 @@ def view_from(away, fade=0.0):
 def displayed(p, view):
     """What is displayed of the tree, by the direction that it is seen from: one table of sticks and
     the colour of each; and which of its parts."""
-    tree = Placed(p.name, p, 0.0, 0.0, 0.0, Plain())
+    tree = Placed(p.name, p, 0.0, 0.0, 0.0, FlatGround())
     cut = prune(tree, view)
     weights = blend_weights(cut, view)
 

@@ -8,6 +8,7 @@ A species of tree is one TOML file, and what is wrong in it is said.
 import shutil
 from dataclasses import replace
 from functools import lru_cache
+from importlib import resources
 from itertools import pairwise
 from pathlib import Path
 
@@ -27,9 +28,10 @@ from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.rig.rotations import from_euler
 from scenes.sticks.areas import mean_area, mean_outline_areas
 from scenes.sticks.prototype import Prototype
-from scenes.trees.species import SEASONS, Weather, read_species, species_folder, tree_species
+from scenes.trees.species import SEASONS, Weather, read_species, tree_species
 from scenes.trees.tree import grow_tree, swaying_trees, tree_prototypes
 from tests.scenes.figures.motion_phase import at_phase
+from tests.scenes.flat_ground import FlatGround
 
 COLUMNS = ("start", "end", "start_radius", "end_radius", "tint")
 HEIGHTS = {
@@ -83,11 +85,6 @@ class TestHierarchy:
             assert (level.radii[:, 0] <= above.radii[level.parent].max(axis=1)).all()
             assert (np.diff(level.radii, axis=1) <= 1e-12).all()
 
-    def test_chains_are_joined(self, kind):
-        for level in grow_tree(tree_species(kind), 1, 0).levels[1:]:
-            step = np.linalg.norm(np.diff(level.nodes, axis=1), axis=2).sum(axis=1)
-            assert step == pytest.approx(level.length)
-
     def test_a_leaf_is_a_small_part_of_its_own_near_its_twig(self):
         for name in set(tree_species_names()) - {"dead_tree"}:
             p = tree(name)
@@ -97,12 +94,6 @@ class TestHierarchy:
             assert (h.P[leaves] < 0.25).all()
             assert (h.separation[leaves] < 1.6 * h.R[h.parent[leaves]]).all()
             assert len(leaves) > 1000
-
-    def test_few_sticks_stand_for_many(self, kind):
-        p = tree(kind)
-        h = p.hierarchy
-        for level, most in zip(range(h.level.max()), (7, 6, 5, 4), strict=False):
-            assert p.leaf.count[h.level == level].max() <= most
 
 
 class TestStanding:
@@ -125,13 +116,6 @@ class TestStanding:
         last = p.hierarchy.level[p.leaf.owner] == p.hierarchy.level.max()
         lowest = np.minimum(p.leaf.start[last, 2], p.leaf.end[last, 2]).min()
         assert lowest > (0.02 if kind == "shrub" else 0.1)
-
-    def test_height(self, kind):
-        p = tree(kind)
-        last = p.hierarchy.level[p.leaf.owner] == p.hierarchy.level.max()
-        scale = tree_species(kind).scale
-        low, high = HEIGHTS.get(kind, (0.5 * scale, 1.5 * scale))
-        assert low < p.leaf.end[last, 2].max() < high
 
     def test_a_conifer_is_a_cone_and_a_broadleaf_is_not(self):
         def width(name, low, high):
@@ -168,14 +152,6 @@ class TestSeasons:
                 red, green, blue = it.palette[it.foliage_tint].mean(axis=0)
                 assert (red > green) == turned
                 assert min(red, green) > 2 * blue
-
-    def test_spring_leaves_are_lighter_than_summer_leaves(self):
-        for name in ("tree", "birch", "shrub"):
-            greens = (
-                grow_tree(tree_species(name), 1, 0, season) for season in ("spring", "summer")
-            )
-            spring, summer = (it.palette[it.foliage_tint].mean() for it in greens)
-            assert spring > 1.2 * summer
 
     def test_tints_vary_and_are_few(self, kind):
         for season in SEASONS:
@@ -245,16 +221,6 @@ class TestChance:
 
 
 KINDS = list(tree_species_names())
-
-
-class Plain:
-    """Flat ground."""
-
-    def height(self, corner, xy):
-        return np.zeros(len(xy))
-
-    def bounds(self):
-        return 0.0, 0.0
 
 
 @lru_cache(maxsize=16)
@@ -368,7 +334,7 @@ def test_it_grows_with_the_square_of_the_wind():
 def test_every_tree_has_a_phase_and_a_way_of_its_own():
     trees = swaying_trees(3, 2, tree_species("tree"), "summer", 8.0)
     assert not np.array_equal(trees[0].motion.rotations[:, 0], trees[1].motion.rotations[:, 0])
-    field = SpeciesField(Species("tree", trees[:1], 2e-4), 5, Plain())
+    field = SpeciesField(Species("tree", trees[:1], 2e-4), 5, FlatGround())
     camera = camera_from_heading(Corner(0, 0), np.array((0.0, 0.0, 1.7)), 0, 0, 60.0, (200, 200))
     roots = field.roots(View(camera, METRICS["blake"], 30.0, look_around=True))
     phase = roots.state.instances.phase
@@ -378,7 +344,7 @@ def test_every_tree_has_a_phase_and_a_way_of_its_own():
 def test_the_pruner_sees_it_where_it_is():
     """The compiled walk and the readable pose agree, branch by branch."""
     _, sways = pair("tree")
-    tree = Placed("tree", sways, 0.0, 0.0, 90.0, Plain())
+    tree = Placed("tree", sways, 0.0, 0.0, 90.0, FlatGround())
     camera = camera_from_heading(Corner(0, 0), np.array((0.0, -12.0, 1.7)), 0, 0, 60.0, (200, 200))
     view = View(camera, METRICS["blake"], 0.2, look_around=True)
     for time in (0.0, 1.7, 100.3):
@@ -390,14 +356,7 @@ def test_the_pruner_sees_it_where_it_is():
         assert sticks.start[:, 2].max() == pytest.approx(there.leaf.start[:, 2].max(), abs=0.3)
 
 
-def test_sizes():
-    _, sways = pair("shrub")
-    double = sways.scaled(2.0)
-    pose = at_phase(double, 0.3).hierarchy.position
-    assert pose == pytest.approx(2 * at_phase(sways, 0.3).hierarchy.position)
-
-
-FOLDER = Path(str(species_folder()))
+FOLDER = Path(str(resources.files("scenes.trees") / "species"))
 
 
 @pytest.fixture

@@ -20,7 +20,7 @@ RIGHT_FINGERS = {f"right {finger} finger" for finger in FINGERS}
 def flight():
     """Names of the displayed parts of the person, frame by frame."""
     preset = load_preset("fly_in")
-    scene, names = Scene(preset), human_tables().anatomy.part_names
+    scene, names = Scene(preset), human_tables().part_names
     cuts = [prune(scene.world.cast, scene.view(frame)) for frame in FRAMES]
     return [{names[row] for row in cut.parts.part.tolist()} for cut in cuts]
 
@@ -28,7 +28,7 @@ def flight():
 def test_the_flight_ends_at_the_right_hand():
     """It fills the middle of the last frame: the hand and its fingers within 15° of the axis."""
     preset = load_preset("fly_in")
-    scene, names = Scene(preset), human_tables().anatomy.part_names
+    scene, names = Scene(preset), human_tables().part_names
     view = scene.view(FRAMES[-1])
     parts = prune(scene.world.cast, view).parts
     at = {names[row]: here for row, here in zip(parts.part, parts.position, strict=True)}
@@ -76,10 +76,10 @@ def test_the_flight_ends_with_all_five_fingers():
 
 @pytest.mark.parametrize("frame", [1, 24, 48])
 def test_every_part_has_its_whole(frame):
-    parts = human_tables().anatomy.parts | {
+    parts = human_tables().parts | {
         f"{side} {name}": part
         for side in ("left", "right")
-        for name, part in human_tables().anatomy.side_parts.items()
+        for name, part in human_tables().side_parts.items()
     }
     shown = flight()[frame - 1]
     for name in shown:

@@ -1,0 +1,1 @@
+"""How pictures are compared, and the scenes in which pruning is."""

@@ -1,0 +1,356 @@
+"""Fields of one preset in three views, pruned in ways, against a finer reference (§1.2, §2.4).
+
+The reference is the same frame with every species at SPECIES_DETAIL and the ground at
+GROUND_DETAIL, where nothing is left out for air or fades. Field k is turned by k × TURN_DEG, and
+its sun is the k-th of SUN_ELEVATIONS_DEG in turn. Full runs judge worlds and trees that nothing was
+fitted to (``bench.seeds``).
+
+Headline pictures show everything pruned at one pixel, and in every third field species and ground
+alone, against one reference: FLIP at several counts of samples, and by bands of distance FLIP of
+the same place, luminance and how many rays meet the band. Sweeps compare metrics: species pruned
+over the reference's ground. Fields are the replicates: every column has a number for each.
+"""
+
+import gc
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from bench.images.compare import (
+    PIXELS_PER_DEGREE,
+    REFERENCE,
+    TESTED,
+    Looks,
+    Seen,
+    band_sums,
+    flip_map,
+    flips_by_pixel,
+    look,
+    sums_by_band,
+)
+from bench.images.shipped import Shown, display_ground, display_others
+from bench.records.records import Column, Key, Point, columns, pictures
+from bench.seeds import first_seed
+from lod.metric import METRICS
+from lod.view import View
+from scenes.frame.frame_input import FrameInput
+from scenes.frame.layers import SKY_Z
+from scenes.models.catalogue import PROTOTYPE_SEED
+from scenes.plugins import metric_by_name
+from scenes.presets.load import load_preset, preset_from
+from scenes.presets.schema import Preset
+from scenes.render.pictures import auto_exposure, to_srgb
+from scenes.render.render import render_frame
+from scenes.render.variants import choose
+from scenes.scene import Scene, frame_quality
+from scenes.world.light import sun_and_sky
+from scenes.world.world import World
+
+VIEWS = {
+    "eye level": (),
+    "aerial": ("camera.height=40", "camera.pitch=-15"),
+    "hazy": ("air.visibility=2km",),
+}
+GRASS = "grass"
+"""A view of nothing but grass, whose blades are far longer than they are wide."""
+
+SWEPT = ("eye level", "aerial", GRASS)
+"""The views in which metrics are compared."""
+
+METRICS_TRIED = ("blake", "bounded", "solid_angle", "depth")
+GRASS_METRICS = ("blake", "bounded", "solid_angle")
+
+LEAST_SHARE = 0.005
+"""The share of the land's rays from which on a band of distance is judged."""
+
+SPECIES, GROUND, EVERYTHING, NOTHING = "species", "ground", "everything", "nothing"
+"""What is pruned, while the rest is the reference's.
+
+``NOTHING`` is the reference with other samples, which tells how far errors can be trusted. The
+ground is pruned by the default metric.
+"""
+
+PRUNED = {EVERYTHING: "all representations", SPECIES: "species", GROUND: "ground"}
+"""What is pruned, in words."""
+
+SPECIES_DETAIL, GROUND_DETAIL = 1 / 8, 1 / 4
+"""Details of the reference [px]."""
+
+SUN_ELEVATIONS_DEG = (10.0, 40.0, 70.0)
+TURN_DEG = 30.0
+PROTOTYPE_SETS = 4
+"""The number of sets of trees and people that fields have in turn in a full run."""
+
+ALONE_EVERY = 3
+"""In every so many-th field species and ground are pruned alone, too."""
+
+EDGES_M = (0.0, 20.0, 60.0, 150.0, 400.0, 1000.0, 2000.0, 5000.0, float(SKY_Z))
+"""Edges of the bands of distance [m]; the last band is not judged."""
+
+_WORLD = (
+    "world.extent=20000",
+    "terrain.reach=10000",
+    "render.max_depth=3",
+    "species.sward.density=0",
+)
+_GRASS = (*("world.extent=80", "terrain.reach=80", "render.max_depth=3", "camera.pitch=-6"),)
+
+
+@dataclass(frozen=True)
+class Field:
+    """One field as one view sees it.
+
+    number       of the field, from 0
+    unseen       whether its world and trees are those for judging, or may be looked at by anybody
+    size         of its pictures, as ``320x180``
+    """
+
+    view: str
+    number: int
+    unseen: bool
+    size: str
+
+    def preset(self, seed: int) -> Preset:
+        """Load the preset as it is seen here, in a run of a seed."""
+        sun = SUN_ELEVATIONS_DEG[self.number % len(SUN_ELEVATIONS_DEG)]
+        settings = (
+            f"seed={first_seed(self.unseen, 1) + 12 * seed + self.number}",
+            f"render.size={self.size}",
+            f"light.sun_elevation={sun:g}",
+            f"camera.heading={(20 + self.number * TURN_DEG) % 360:g}",
+        )
+        if self.view == GRASS:
+            return preset_from(_grass_alone(), (*_GRASS, *settings), "meadow")
+        return load_preset("meadow", (*_WORLD, *VIEWS[self.view], *settings))
+
+    @property
+    def prototype_seed(self) -> int:
+        """The seed of its trees and people."""
+        if not self.unseen:
+            return PROTOTYPE_SEED
+        return first_seed(True, 1) + self.number % PROTOTYPE_SETS
+
+
+def _grass_alone() -> dict[str, Any]:
+    """Return `meadow` with its grass alone, by the metric of the view."""
+    meadow = load_preset("meadow").model_dump(mode="json")
+    return meadow | {"species": {"sward": meadow["species"]["sward"] | {"metric": None}}}
+
+
+def fields(sizes: Mapping[str, Any]) -> list[Field]:
+    """Return every field in every view, for the headline pictures."""
+    rest = sizes["unseen"], sizes["size"]
+    return [Field(view, k, *rest) for k in range(sizes["fields"]) for view in VIEWS]
+
+
+def swept_fields(sizes: Mapping[str, Any]) -> list[Field]:
+    """Return the fields in which metrics are compared."""
+    rest = sizes["unseen"], sizes["sweep_size"]
+    return [Field(view, k, *rest) for k in range(sizes["sweep_fields"]) for view in SWEPT]
+
+
+@lru_cache(maxsize=1)
+def scene_of(field: Field, seed: int) -> Scene:
+    """Bind a field to its world in a run of a seed."""
+    return Scene(field.preset(seed), prototype_seed=field.prototype_seed)
+
+
+def reference(world: World, view: View) -> Shown:
+    """Display the reference of a view."""
+    return (*_whole_ground(world, view), *_whole_species(world, view))
+
+
+def displayed(world: World, view: View, pruned: str, metric: str, detail: float) -> Shown:
+    """Display what ``pruned`` says by a metric at a detail [px], and the rest as the reference."""
+    mine = replace(view, metric=metric_by_name(metric))
+    species = _whole_species(world, view)
+    if pruned in (SPECIES, EVERYTHING):
+        species = display_others(world, mine, detail)
+    if pruned == EVERYTHING:
+        return (*display_ground(world, view, detail, detail), *species)
+    if pruned == GROUND:
+        return (*display_ground(world, view, detail, SPECIES_DETAIL), *species)
+    if pruned == SPECIES:
+        whole = _plain(view)
+        ground = display_ground(world, whole, GROUND_DETAIL, detail, mine.metric)
+        return (*ground, *species)
+    return reference(world, view)
+
+
+def _plain(view: View) -> View:
+    return replace(view, fade=0.0, conditions=None, metric=METRICS["blake"])
+
+
+def _whole_ground(world: World, view: View) -> Shown:
+    return display_ground(world, _plain(view), GROUND_DETAIL, SPECIES_DETAIL)
+
+
+def _whole_species(world: World, view: View) -> Shown:
+    return display_others(world, _plain(view), SPECIES_DETAIL)
+
+
+def parts_in(world: World, shown: Shown) -> int:
+    """Count the parts of the species; tiles of the ground are not parts that a law knows."""
+    return sum(len(each.cut) for each in shown if each.name != world.terrain.name)
+
+
+SHOWN_PX, SHOWN_SPP = (1.0, 4.0), 64
+"""Values of τ [px] that are shown, and the samples of a pixel of pictures to look at."""
+
+
+def pictures_of(points: Sequence[Point]) -> list[dict[str, Any]]:
+    """Render for a record's notes the first field in each view: reference, pruned, FLIP maps."""
+    first = next(p for p in points if p.case.get("what") == "headline")
+    unseen = first.column("prototype_seed")[0] != PROTOTYPE_SEED
+    seed = (first.column("world_seed")[0] - first_seed(unseen, 1)) // 12
+    variant = choose()
+    return [_one(Field(view, 0, unseen, "320x180"), variant, seed) for view in VIEWS]
+
+
+def _one(field: Field, variant: str, seed: int) -> dict[str, Any]:
+    scene = scene_of(field, seed)
+    world, view = scene.world, scene.view(1)
+    whole = _picture(field, reference(world, view), variant, seed)
+    exposure = auto_exposure(whole)
+    layers = {"the reference": _bytes(to_srgb(whole, exposure))}
+    maps = {}
+    for detail in SHOWN_PX:
+        shown = displayed(world, view, EVERYTHING, "blake", detail)
+        pruned = to_srgb(_picture(field, shown, variant, seed), exposure)
+        layers[f"pruned, τ = {detail:g} px"] = _bytes(pruned)
+        difference = flip_map(pruned, to_srgb(whole, exposure))
+        maps[f"where it differs, τ = {detail:g} px"] = _bytes(difference)
+    caption = (
+        f"The first field in the {field.view} view. The maps are FLIP of these pictures at "
+        f"{PIXELS_PER_DEGREE:g} pixels per degree, dark for no difference and bright for a large "
+        f"one; the noise of {SHOWN_SPP} samples a pixel is in them."
+    )
+    alt = f"The {field.view} view: people and trees on a meadow."
+    name = f"fidelity-{field.view.replace(' ', '-')}"
+    return pictures(name, (f"Look at it: {field.view}", caption, alt), layers | maps)
+
+
+def _picture(field: Field, shown: Shown, variant: str, seed: int) -> np.ndarray:
+    return render_frame(_input(field, shown, variant, seed, SHOWN_SPP)).rgb.astype(np.float64)
+
+
+def _input(field: Field, shown: Shown, variant: str, seed: int, spp: int) -> FrameInput:
+    scene = scene_of(field, seed)
+    quality = replace(frame_quality(scene.preset, variant), spp=spp, seed=seed)
+    light = sun_and_sky(scene.preset)
+    return FrameInput(scene.view(1).camera, shown, scene.air, light, quality)
+
+
+def _bytes(picture: np.ndarray) -> np.ndarray:
+    return np.rint(255 * np.clip(picture, 0, 1)).astype(np.uint8)
+
+
+Way = tuple[str, str, float]
+"""What is pruned, by which metric, and at which detail [px]."""
+
+
+@dataclass(frozen=True)
+class Compared:
+    """A field whose reference is compared with what is pruned in some ways.
+
+    what  ``headline`` or ``sweep``
+    """
+
+    what: str
+    field: Field
+    ways: tuple[Way, ...]
+    looks: Looks
+    variant: str
+    topic: str = "fidelity"
+
+    @property
+    def label(self) -> str:
+        """The name of the case, in short."""
+        return f"{self.what}, field {self.field.number}, {self.field.view}"
+
+
+def cases(sizes: Mapping[str, Any], metric: str | None = None) -> list[Compared]:
+    """Return the headline pictures of every field, and the sweeps, with ``metric`` in them."""
+    variant = choose()
+    looks = Looks(tuple(sizes["samples"]), sizes["light_passes"])
+    made = [Compared("headline", f, _ways(f), looks, variant) for f in fields(sizes)]
+    looks = Looks(tuple(sizes["sweep_samples"]), 0)
+    swept = swept_fields(sizes)
+    return made + [Compared("sweep", f, _sweep(f, sizes, metric), looks, variant) for f in swept]
+
+
+def _ways(field: Field) -> tuple[Way, ...]:
+    alone = () if field.number % ALONE_EVERY else (NOTHING, SPECIES, GROUND)
+    return tuple((pruned, "blake", 1.0) for pruned in (EVERYTHING, *alone))
+
+
+def _sweep(field: Field, sizes: Mapping[str, Any], metric: str | None) -> tuple[Way, ...]:
+    grass = field.view == GRASS
+    tried = (*(GRASS_METRICS if grass else METRICS_TRIED), *([metric] if metric else []))
+    details = sizes["grass_details" if grass else "details"]
+    return tuple((SPECIES, name, detail) for name in tried for detail in details)
+
+
+def measure(case: Compared, seed: int) -> list[Point]:
+    """Look at the reference of one field, then at each way to prune it: a point for each."""
+    scene = scene_of(case.field, seed)
+    world, view = scene.world, scene.view(1)
+    whole = _look(case, reference(world, view), seed, REFERENCE)
+    made = []
+    for way in case.ways:
+        shown = displayed(world, view, *way)
+        parts = parts_in(world, shown)
+        seen = _look(case, shown, seed, TESTED)
+        made.append(_point(case, seed, way, parts, seen, whole))
+        del shown, seen
+    return made
+
+
+def _look(case: Compared, shown: Shown, seed: int, first: int) -> Seen:
+    gc.collect()  # a scene that was built before is large
+    frame_input = _input(case.field, shown, case.variant, seed, max(case.looks.samples))
+    return look(frame_input, case.looks, np.array(EDGES_M), first)
+
+
+def _point(case: Compared, seed: int, way: Way, parts: int, tested: Seen, whole: Seen) -> Point:
+    """Make a point: FLIP [10⁻⁶], and for headlines what each band of distance shows."""
+    preset = case.field.preset(seed)
+    counted = {
+        "field": [case.field.number],
+        "world_seed": [preset.seed],
+        "prototype_seed": [case.field.prototype_seed],
+        "parts": [parts],
+        "sticks": [tested.sticks],
+        "triangles": [tested.triangles],
+    }
+    bands = np.digitize(whole.Z.astype(np.float64).ravel(), np.array(EDGES_M)[1:-1])
+    found: list[Column] = []
+    for k, flip in enumerate(flips_by_pixel(tested.pictures, whole.pictures)):
+        keys: dict[str, Key] = {"samples": case.looks.samples[k], "number": k}
+        found.append(Column("flip_ppm", [round(1e6 * float(flip.mean()))], keys))
+        if case.what == "headline":
+            found += sums_by_band(
+                "flip_sum_ppm", np.bincount(bands, flip, len(np.array(EDGES_M)) - 1), keys
+            )
+    if case.what == "headline":
+        found += sums_by_band(
+            "pixels", np.bincount(bands, minlength=len(np.array(EDGES_M)) - 1) / 1e6, {}
+        )
+        for which, seen in (("tested", tested), ("reference", whole)):
+            found += sums_by_band("light", seen.land.light, {"picture": which})
+            found += sums_by_band("rays", seen.land.rays / 1e6, {"picture": which})
+    pruned, metric, detail = way
+    named: dict[str, Any] = {"topic": case.topic, "what": case.what, "view": case.field.view}
+    named |= {"pruned": pruned, "metric": metric, "detail": detail}
+    return Point(named, samples=(*columns(counted), *found))
+
+
+def judged_bands(point: Point) -> list[int]:
+    """Return the bands that hold at least LEAST_SHARE of the reference's land over all fields."""
+    bands = range(len(EDGES_M) - 2)
+    filled, rays = zip(*(band_sums(point, "rays", band) for band in bands), strict=True)
+    every = [each.sum() for each in rays]
+    return [b for b in bands if every[b] >= LEAST_SHARE * sum(every) and filled[b].sum() > 0]

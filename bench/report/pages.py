@@ -1,0 +1,162 @@
+"""How does each kind of block look: on one HTML page, and in Markdown?
+
+The HTML page asks for nothing, has everything inside, and can be read without its script. Its
+markup stands in two templates beside this file: ``page.html``, and ``blocks.html``, which has a
+macro for each kind of block. In Markdown, plots and pictures are files beside the text.
+"""
+
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from markupsafe import Markup, escape
+
+from bench.plots import Plot
+from bench.records.claims import Claim
+from bench.records.records import Pictures
+from bench.report.document import (
+    GLOSSARY,
+    MARKS,
+    Block,
+    ClaimsBlock,
+    HeadlinesBlock,
+    ListBlock,
+    OriginBlock,
+    PicturesBlock,
+    PlotsBlock,
+    Section,
+    TableBlock,
+    TextBlock,
+    claim_cells,
+)
+from bench.report.first_screen import TITLE, first_screen
+
+_FOLDER = Path(__file__).parent
+_MARK = Markup(
+    '<circle class="mark" data-curve="{}" cx="{}" cy="{}" r="5"><title>{}</title></circle>'
+)
+"""A point of a plot: nothing that is seen, and its numbers under the pointer."""
+
+
+def to_html(sections: Sequence[Section]) -> str:
+    """Write the whole page."""
+    environment = Environment(
+        loader=FileSystemLoader(_FOLDER),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.globals |= {"marks": MARKS, "cells": claim_cells}
+    environment.filters |= {
+        "kind": lambda block: type(block).__name__,
+        "breakable": _breakable,
+        "marked_up": _marked_up,
+        "svg": _svg,
+    }
+    script = Markup((_FOLDER / "page.js").read_text(encoding="utf-8"))
+    page = environment.get_template("page.html")
+    return page.render(
+        title=TITLE,
+        first=list(first_screen(sections)),
+        sections=sections,
+        glossary=GLOSSARY,
+        script=script,
+    )
+
+
+def _svg(plot: Plot, section: Section) -> Markup:
+    """Write a plot with its text alternative and its points; its ids are unique on the page."""
+    name = f"{section.anchor}-{plot.name}"
+    svg = Markup(plot.svg.replace(f"{plot.name}-", f"{name}-"))
+    svg = svg.replace("<svg", Markup('<svg role="img" aria-label="{}"').format(plot.alt), 1)
+    marks = (_MARK.format(each.curve, *each.place, each.words) for each in plot.marks)
+    return svg.replace("</svg>", Markup("").join(marks) + Markup("</svg>"))
+
+
+def _breakable(name: str) -> Markup:
+    """Let a claim's name break after a stroke or an underscore."""
+    return Markup(str(escape(name)).replace("/", "/<wbr>").replace("_", "_<wbr>"))
+
+
+def _marked_up(text: str) -> Markup:
+    """Mark up what stands between backquotes as code."""
+    pieces = [
+        Markup("<code>{}</code>" if k % 2 else "{}").format(p)
+        for k, p in enumerate(text.split("`"))
+    ]
+    return Markup("").join(pieces)
+
+
+PLOTS = "plots"
+"""Folder of the plots and pictures, beside report.md."""
+
+
+def to_markdown(sections: Sequence[Section]) -> str:
+    """Write the whole document."""
+    pieces = [f"# {TITLE}"]
+    for block in first_screen(sections):
+        pieces += _pieces(None, block, "##")
+    for section in sections:
+        pieces += [f"## {section.title}", f"**{section.question}** {section.answer}"]
+        pieces += [f"**{section.stale}**"] if section.stale else []
+        pieces += [piece for block in section.blocks() for piece in _pieces(section, block)]
+    pieces += ["## Words and symbols", _table(("word", "meaning"), GLOSSARY)]
+    return "\n\n".join(pieces) + "\n"
+
+
+def plot_path(section: Section, plot: Plot) -> str:
+    """Path of a plot's file, from the folder of report.md."""
+    return f"{PLOTS}/{section.anchor}-{plot.name}.svg"
+
+
+def picture_path(section: Section, pictures: Pictures, number: int) -> str:
+    """Path of one picture's file, from the folder of report.md."""
+    return f"{PLOTS}/{section.anchor}-{pictures.name}-{number}.webp"
+
+
+def _pieces(section: Section | None, block: Block, level: str = "###") -> Iterator[str]:
+    match block:
+        case TextBlock(text):
+            yield text
+        case HeadlinesBlock(title, _, heads, rows):
+            marked = [
+                (
+                    _verdict(each.claim) + (" (older code)" if each.section.stale else ""),
+                    *each.cells,
+                )
+                for each in rows
+            ]
+            yield f"{level} {title}\n\n" + _table(heads[:-1], marked)
+        case TableBlock(title, heads, rows):
+            yield f"{level} {title}\n\n" + _table(heads, rows)
+        case ClaimsBlock(title, heads, claims, _):
+            told = [(_verdict(each), *claim_cells(each)) for each in claims]
+            yield f"{level} {title}\n\n" + _table(heads, told)
+        case PlotsBlock(plots):
+            for plot in plots:
+                image = f"![{plot.alt}]({plot_path(section, plot)})"
+                yield f"{level} {plot.title}\n\n{image}\n\n{plot.caption}"
+        case PicturesBlock(pictures):
+            labels = [label for label, _ in pictures.layers]
+            paths = (picture_path(section, pictures, number) for number in range(len(labels)))
+            cells = [f"![{a}. {pictures.alt}]({b})" for a, b in zip(labels, paths, strict=True)]
+            yield f"{level} {pictures.title}\n\n{pictures.caption}\n\n{_table(labels, [cells])}"
+        case ListBlock(title, items):
+            yield f"{level} {title}\n\n" + "\n".join(f"- {item}" for item in items)
+        case OriginBlock(heads, rows, command):
+            yield f"{level} Where it comes from\n\n" + _table(heads, rows)
+            yield f"Repeat it: `{command}`"
+
+
+def _verdict(claim: Claim) -> str:
+    return f"{MARKS[claim.verdict]} {claim.verdict_text}"
+
+
+def _table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    lines = [heads, ["---"] * len(heads), *rows]
+    return "\n".join("| " + " | ".join(_cell(cell) for cell in line) + " |" for line in lines)
+
+
+def _cell(text: str) -> str:
+    return text.replace("|", "\\|").replace("\n", " ")

@@ -1,0 +1,191 @@
+"""Each picture has its own bands, and the verdicts follow from the light there."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bench.experiments.images import EXPERIMENT, claims, plots
+from bench.images.cover import (
+    LOOKS,
+    SAME_RAYS,
+    Case,
+    Seen,
+    cases,
+    coverage,
+    displayed,
+    in_bands,
+    land_light,
+    pictures,
+    preset_of,
+    tone,
+    whole,
+    window_view,
+)
+from bench.records.provenance import provenance
+from bench.records.records import Column, Point, Record
+from bench.seeds import BUILDING_SEEDS
+from lod.air import rgb_extinction
+from lod.metric import METRICS
+from lod.pruner import prune
+from lod.view import in_view
+from scenes.frame.layers import Layers
+from scenes.presets.load import load_preset
+from scenes.scene import Scene, preset_air
+from scenes.sticks.prototype import LUMINANCE
+
+
+def picture(Z, value):
+    Z = np.array(Z)
+    three, none = np.full((*Z.shape, 3), value), np.zeros(Z.shape)
+    return Layers(three, Z, three, three, none, none, none)
+
+
+def seen(layers, land=0.0):
+    return Seen(layers, np.full(layers.Z.shape, land))
+
+
+def test_light_is_summed_by_the_distances_of_each_picture():
+    edges = 10.0, 20.0, 40.0
+    unpruned = picture([[5, 10, 19], [20, 39, 1e10]], 0.5)
+    tested = picture([[5, 15, 25], [25, 1e10, 39]], 0.25)
+    found = in_bands(seen(tested, 0.1), seen(unpruned, 0.2), edges)
+    point = Point({}, samples=found)
+
+    def sums(quantity, which):
+        return [point.column(quantity, picture=which, band=k)[0] for k in (0, 1)]
+
+    assert sums("light", "whole") == [1_000_000, 1_000_000] and sums("rays", "whole") == [2, 2]
+    assert sums("light", "pruned") == [250_000, 750_000] and sums("rays", "pruned") == [1, 3]
+    assert sums("light", SAME_RAYS) == [500_000, 500_000]
+    assert sums("land", "pruned") == [100_000, 300_000]
+    assert sums("land", "whole") == [400_000, 400_000]
+
+
+def test_the_light_of_the_land_is_what_the_air_lets_through():
+    """As dark as the extinction says at each distance; nothing of the sky is left."""
+    air = preset_air(load_preset("aerial"))
+    found = land_light(picture([[0.0, 1000.0, 1e10]], 0.5), air)
+    through = np.exp(-1000 * rgb_extinction(air)) @ LUMINANCE
+    assert found[0] == pytest.approx([0.5, 0.5 * through, 0.0], abs=1e-6)
+    assert 0.4 < through < 0.8
+
+
+def test_a_tree_that_stands_elsewhere_keeps_its_tone():
+    """Half a picture of dark tree before bright sky, its gaps drawn anew: along the same rays it
+    would have become far brighter, and yet nothing has changed."""
+    rng = np.random.default_rng(2)
+    both = []
+    for _ in range(2):
+        tree = rng.random((50, 80)) < 0.5
+        light = np.where(tree, 0.01, 0.1)[..., None].repeat(3, axis=2)
+        both.append(replace(picture(np.where(tree, 30.0, 1e10), 0.0), rgb=light))
+    found = in_bands(*map(seen, both), (10.0, 40.0))
+    four = tuple(replace(each, values=each.values * 4) for each in found)
+    point = Point(vars(pictures()[0]), samples=four)
+    assert tone(point, 0).value == pytest.approx(1.0, abs=1e-6)
+    assert coverage(point, 0).value == pytest.approx(1.0, abs=0.1)
+    pruned, unpruned = (point.values("light", picture=p, band=0) for p in (SAME_RAYS, "whole"))
+    assert pruned.sum() > 4 * unpruned.sum()
+
+
+def test_edges_rise_and_lie_in_the_window():
+    for name, look in LOOKS.items():
+        assert (np.diff(look.edges_m) > 0).all()
+        if not name.startswith("far"):
+            across = np.hypot(*(0.5 - abs(each) for each in look.eye_at))
+            nearest = look.side_m * (0.5 - look.eye_at[1])
+            assert len(look.edges_m) == 9
+            assert look.edges_m[-1] < nearest < look.side_m * (1 + across)
+
+
+def test_far_looks_show_a_window_from_one_to_five_kilometres_with_pixels_of_the_same_angle():
+    near = of("aerial").view(1).camera.pixel_angle
+    for name, distance in (("far_1_km", 1000), ("far_2.2_km", 2200), ("far_5_km", 5000)):
+        camera, look = of(name).view(1).camera, LOOKS[name]
+        assert camera.pixel_angle * look.fine == pytest.approx(4 * near, rel=0.25)
+        assert look.edges_m[0] > distance - 200 and look.edges_m[-1] < 1.1 * distance + 250
+        assert look.details == (1.0,)
+
+
+def test_coordinates_are_about_the_window_where_leaves_shade_one_another():
+    """And not about the eye, 5 km from there; what is in view is the same."""
+    scene = of("far_5_km")
+    view, usual = window_view(scene), scene.view(1)
+    assert view.camera.eye[:2] == pytest.approx([0.0, -5000.0])
+    field = next(each for each in scene.world.fields if each.name == "conifer")
+    one, two = (prune(field, replace(each, detail=0.2)).parts for each in (view, usual))
+    assert len(one) > 1000 and abs(one.position).max() < 300 < abs(two.position).max()
+    assert one.position - two.position == pytest.approx(
+        np.tile(view.camera.eye - usual.camera.eye, (len(one), 1)), abs=1e-6
+    )
+
+
+def of(look):
+    return Scene(preset_of(look, "clear", 1))
+
+
+def planted(shift=0.0, quantity="light"):
+    """Every band as it was, but the fourth of pictures with cover by so much in one quantity."""
+    points = []
+    for case in pictures():
+        samples = []
+        for k in range(len(LOOKS[case.look].edges_m) - 1):
+            for which in ("pruned", "whole", SAME_RAYS):
+                for name in ("light", "land", "rays"):
+                    share = 1.0
+                    if which == "pruned" and not case.cover and name != "rays":
+                        share = 1.5
+                    elif which == "pruned" and k == 3 and name == quantity:
+                        share = 1.0 + shift
+                    values = [round(share * (1_000_000 + 1000 * n)) for n in range(4)]
+                    samples.append(Column(name, values, {"picture": which, "band": k}))
+        points.append(Point({"topic": "cover", **vars(case)}, samples=tuple(samples)))
+    return tuple(points)
+
+
+def test_verdicts_follow_from_the_light_the_land_and_the_rays_of_each_band():
+    """Of 2 looks with 8 bands at two details and 3 with 2 at one: three claims in own air, else
+    two."""
+    found = claims(planted())
+    assert len(found) == (2 * 8 * 2 + 3 * 2) * 5 and {c.verdict for c in found} == {"holds"}
+    for quantity, words in (
+        ("light", "luminance ratio to the unpruned scene"),
+        ("land", "luminance ratio to the unpruned scene, without airlight"),
+        ("rays", "coverage ratio to the unpruned scene"),
+    ):
+        refuted = [c for c in claims(planted(0.03, quantity)) if c.verdict == "refuted"]
+        mine = [c for c in refuted if c.estimand == words]
+        assert len(mine) == 4 * (1 if quantity == "land" else 2)
+        assert quantity == "rays" or mine == refuted
+
+
+def test_fields_that_are_judged_were_never_looked_at():
+    full = [c.world_seed(0) for c in cases(EXPERIMENT.topics["cover"].full)]
+    quick = [c.world_seed(4) for c in cases(EXPERIMENT.topics["cover"].quick)]
+    assert min(full) > BUILDING_SEEDS >= max(quick)
+
+
+def test_the_report_draws_every_look():
+    points = planted(0.03)
+    made = Record("images", 1, True, "", provenance("", 0), points, claims(points), {})
+    drawn = plots(made)
+    assert len(drawn) == len(LOOKS)
+    assert not any(re.search(r"\bnan\b", plot.svg) for plot in drawn)
+
+
+def test_the_whole_has_every_leaf_in_view_and_no_cover_is_bare_ground():
+    """One kind of tree, few of them."""
+    kept = ("species.shrub.density=0.0002",)
+    others = [f"species.{s}.density=0" for s in ("broadleaf", "birch", "conifer", "figure")]
+    case = Case("aerial", "clear", 12.0, True)
+    preset = preset_of(case.look, case.air, 1, (*kept, *others, "species.shrub.prototypes=1"))
+    scene = Scene(preset)
+    (ground, shrubs), (bare, _) = whole(scene, LOOKS[case.look]), displayed(scene, 48.0, False)
+    view = replace(scene.view(1), metric=METRICS["full"])
+    all_of_it = prune(scene.world.fields[0], view).parts
+    in_it = in_view(view, all_of_it.centre, all_of_it.bound).sum()
+    assert in_it > 5000 and len(shrubs.cut) > 0.98 * in_it and len(ground.shape) > 1000
+    left = displayed(scene, 48.0, True)[0].shape.colours
+    assert not np.array_equal(left, bare.shape.colours)

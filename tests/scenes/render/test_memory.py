@@ -1,0 +1,153 @@
+"""Memory: what is free, what a frame needs by its counts, and a refusal with both figures."""
+
+from pathlib import Path
+
+import psutil
+import pytest
+
+from lod.errors import InputError
+from scenes.frame.frame_input import FrameInput, Quality
+from scenes.presets.load import load_preset
+from scenes.processes.memory import free_bytes
+from scenes.render import frame_session
+from scenes.render.exr.header import frame_settings
+from scenes.render.frame_session import FrameSession
+from scenes.render.memory import (
+    ExtraBuffers,
+    check_memory,
+    forecast,
+    frame_bytes,
+    predict_bytes,
+    predicted_bytes,
+)
+from scenes.scene import Scene
+
+SIZE = 640, 360
+
+
+def test_more_of_anything_needs_more_until_the_samples_go_in_groups():
+    least = predict_bytes(0, 0, (16, 9), Quality("llvm_ad_rgb", 1))
+    assert 300e6 < least < 600e6
+    assert predict_bytes(10**6, 0, (16, 9), Quality("llvm_ad_rgb", 1)) - least == pytest.approx(
+        210e6, rel=0.01
+    )
+    assert predict_bytes(0, 10**6, (16, 9), Quality("llvm_ad_rgb", 1)) - least == pytest.approx(
+        204e6, rel=0.01
+    )
+    few, many, more = (
+        predict_bytes(0, 0, SIZE, Quality("scalar_rgb", spp)) for spp in (1, 16, 4096)
+    )
+    assert few < many == more
+
+
+def test_what_is_asked_for_beside_the_picture_needs_more():
+    plain = predict_bytes(10**6, 0, SIZE, Quality("llvm_ad_rgb", 1))
+    more = {
+        name: predict_bytes(10**6, 0, SIZE, Quality("llvm_ad_rgb", 1), ExtraBuffers(**{name: True}))
+        - plain
+        for name in ("motion", "denoised", "shutter")
+    }
+    assert more == {
+        "motion": 126 * 10**6,
+        "denoised": 500 * SIZE[0] * SIZE[1],
+        "shutter": (2 * 277 - 210) * 10**6,
+    }
+
+
+def test_wavelengths_need_more():
+    for driver in ("scalar", "llvm_ad"):
+        rgb, spectral = (
+            predict_bytes(0, 0, SIZE, Quality(f"{driver}_{c}", 1)) for c in ("rgb", "spectral")
+        )
+        assert spectral - rgb > 107e6 + 705 * SIZE[0] * SIZE[1] - 1
+
+
+def test_over_the_limit_is_refused_with_both_figures(zoo):
+    needed = predicted_bytes(zoo)
+    check_memory(zoo, 0)
+    check_memory(zoo, needed)
+    with pytest.raises(InputError, match=r"'100 MB': the picture, with [1-9][0-9,]* sticks .* MB;"):
+        check_memory(zoo, 10**8)
+
+
+@pytest.fixture(scope="module")
+def zoo() -> FrameInput:
+    preset = load_preset("zoo", ['render.size="64x36"'])
+    return Scene(preset).input(1, "llvm_ad_rgb")
+
+
+GIB = 2**30
+
+
+@pytest.fixture
+def machine(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Memory:
+        available = 64 * GIB
+
+    monkeypatch.setattr(psutil, "virtual_memory", Memory)
+
+
+def own(folder: Path, line: str) -> Path:
+    (folder / "own").write_text(line)
+    return folder / "own"
+
+
+def group(folder: Path, limit: str, used: int, cached: int, version: int = 2) -> None:
+    names = ("memory.max", "memory.current", "inactive_file")
+    if version == 1:
+        names = ("memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file")
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / names[0]).write_text(f"{limit}\n")
+    (folder / names[1]).write_text(f"{used}\n")
+    (folder / "memory.stat").write_text(f"anon 7\n{names[2]} {cached}\n")
+
+
+@pytest.mark.usefixtures("machine")
+@pytest.mark.parametrize("version", [1, 2])
+def test_a_container_s_limit_counts_and_file_caches_are_free(tmp_path: Path, version: int) -> None:
+    root = tmp_path / "cgroups"
+    line = "0::/\n" if version == 2 else "5:cpu:/\n4:memory:/\n"
+    group(root if version == 2 else root / "memory", str(4 * GIB), 3 * GIB, GIB, version)
+    assert free_bytes(root, own(tmp_path, line)) == 2 * GIB
+
+
+@pytest.mark.usefixtures("machine")
+def test_the_tightest_of_nested_groups_counts(tmp_path: Path) -> None:
+    root = tmp_path / "cgroups"
+    group(root / "job", str(8 * GIB), 6 * GIB, 0)
+    group(root / "job" / "step", "max", GIB, 0)
+    assert free_bytes(root, own(tmp_path, "0::/job/step\n")) == 2 * GIB
+
+
+@pytest.mark.usefixtures("machine")
+def test_a_path_of_the_host_s_leads_to_the_root_that_is_mounted(tmp_path: Path) -> None:
+    root = tmp_path / "cgroups"
+    group(root, str(GIB), 0, 0)
+    assert free_bytes(root, own(tmp_path, "0::/docker/0123abc\n")) == GIB
+
+
+@pytest.mark.usefixtures("machine")
+def test_without_groups_the_machine_counts(tmp_path: Path) -> None:
+    assert free_bytes(tmp_path / "none", tmp_path / "none") == 64 * GIB
+
+
+@pytest.mark.usefixtures("machine")
+def test_what_is_over_a_limit_leaves_nothing(tmp_path: Path) -> None:
+    group(tmp_path / "cgroups", str(GIB), 2 * GIB, 0)
+    assert free_bytes(tmp_path / "cgroups", own(tmp_path, "0::/\n")) == 0
+
+
+def test_an_estimate_of_a_frame_is_what_its_input_needs():
+    scene = Scene("crowd").with_preset(load_preset("crowd", ['render.size="640x360"']))
+    estimated = frame_bytes(forecast(scene.world, scene.view(1)), scene.preset, "llvm_ad_rgb")
+    assert 0.8 < estimated / predicted_bytes(scene.input(1, "llvm_ad_rgb")) < 1.3
+
+
+def test_a_session_estimates_each_frame_once_and_renders_none(tmp_path, monkeypatch):
+    preset, asked = load_preset("zoo", ['render.size="64x36"']), []
+    monkeypatch.setattr(frame_session, "preflight", lambda scene, new, *of: asked.append(new))
+    session = FrameSession(frame_settings(preset, "scalar_rgb"))
+    for frames in ((1, 2), (2, 3), (3,)):
+        assert session.preflight(frames, tmp_path, 16 * 10**9) == {}
+    assert asked == [[1, 2], [3]]
+    assert not any(tmp_path.iterdir())
