@@ -71,9 +71,7 @@ METRICS: dict[str, Metric] = {
         Metric(
             "depth", blake, "P + R > m·(depth along the view axis), in view only", along_axis=True
         ),
-        Metric(
-            "full", full, "the unpruned reference; needs a finite world", finite=False
-        ),
+        Metric("full", full, "the unpruned reference; needs a finite world", finite=False),
     )
 }
 
