@@ -33,6 +33,7 @@ from bench.records.records import (
     write_record,
 )
 from lod.errors import InputError
+from scenes.files import write_text
 from scenes.plugins import modules
 from scenes.processes.cache import PACKAGES, source_digest
 
@@ -299,6 +300,4 @@ def _read(path: Path) -> Any:
 def _write(path: Path, data: Any) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     data = json.loads(json.dumps(data, allow_nan=False))
-    temporary = path.with_suffix(f".{os.getpid()}.part")
-    temporary.write_text(json.dumps({"sha256": _sha256(data), "data": data}), encoding="utf-8")
-    os.replace(temporary, path)
+    write_text(path, json.dumps({"sha256": _sha256(data), "data": data}))

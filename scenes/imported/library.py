@@ -15,6 +15,7 @@ import numpy as np
 
 from lod.errors import InputError
 from lod.shapes import MeshTable
+from scenes.files import whole_file
 from scenes.imported.gltf import read_gltf
 from scenes.imported.part_tree import (
     MESH_COLUMNS,
@@ -115,9 +116,8 @@ def keep_model(name: str, tree: PartTree, overwrite: bool) -> Path:
     if path.exists() and not overwrite:
         raise InputError("NAME", name, "a new name", "say --overwrite, or another --name")
     path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_suffix(".part")
-    part.write_bytes(pack(tree))
-    part.replace(path)
+    with whole_file(path, overwrite) as temporary:
+        temporary.write_bytes(pack(tree))
     return path
 
 

@@ -1,4 +1,4 @@
-"""The pose track of a sequence: a file beside its manifest, made once, from which frames replay."""
+"""The pose track of a sequence: a file beside its frames, made once, from which frames replay."""
 
 from collections.abc import Sequence
 from pathlib import Path

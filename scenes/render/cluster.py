@@ -1,15 +1,10 @@
-"""A Dask cluster to render on: workers of this machine, or those of a scheduler that runs.
+"""A sequence on a Dask cluster: one task a frame, one frame a worker at a time.
 
-The only file that imports Dask (the extra ``cluster``).
-
-The frames of a sequence as tasks of a cluster: one task a frame, one frame a worker at a time.
-
-What the workers write is renamed and noted here, so the manifest has one writer. Workers must see
-the folder under the same path.
-
-Every frame has MOST_TRIES tries: an exception is tried again by Dask; a worker's death is not laid
-to a frame that was merely queued there, because the last try of every frame that was about when a
-worker died is made with nothing else about.
+Workers are processes of this machine, or those of a scheduler that runs; they must see the folder
+under the same path. What they write gets its name here. Every frame has MOST_TRIES tries: an
+exception is tried again by Dask; a worker's death is not laid to a frame that was merely queued
+there, because the last try of every frame that was about when a worker died is made with nothing
+else about. The only file that imports Dask (the extra ``cluster``).
 """
 
 import asyncio
@@ -23,6 +18,7 @@ import threading
 import uuid
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -34,8 +30,7 @@ from scenes.render.exr.header import Record, Settings, software
 from scenes.render.exr.sequence import Job, commit_frame, failure, kept_record
 from scenes.render.frame_session import FrameSession
 from scenes.render.variants import trusting
-from scenes.render.worker import MOST_TRIES
-from scenes.render.worker_child import answer
+from scenes.render.worker import MOST_TRIES, answer
 
 _ANSWER_S = 8
 _WORKERS_S = 300
@@ -85,9 +80,14 @@ def cluster(
                 client = stack.enter_context(distributed.Client(local))
             threads = threads or max(1, (os.cpu_count() or 1) // int(where))
         else:
-            client = stack.enter_context(_remote(where))
+            address = where if "://" in where else _address_in(where)
+            if wrong := asyncio.run(_what_is_wrong_at(address)):
+                rule = f"a Dask scheduler's address; {wrong}"
+                raise InputError("--cluster", where, rule, "see that it runs: dask scheduler")
+            client = stack.enter_context(distributed.Client(address, timeout=_ANSWER_S))
         say(f"lodbench: dashboard at {client.dashboard_link}")
-        _see_a_worker(client, where, say)
+        if not client.scheduler_info()["workers"]:
+            _wait_for_a_worker(client, where, say)
         check_versions(client)
         yield Cluster(client, threads, most_bytes)
 
@@ -159,25 +159,8 @@ def _locked(folder: Path) -> Iterator[None]:
         os.close(handle)
 
 
-@contextlib.contextmanager
-def _remote(where: str) -> Iterator[Any]:
-    from distributed import Client
-
-    address = where if "://" in where else _address_in(where)
-    if wrong := asyncio.run(_what_is_wrong_at(address)):
-        rule, cure = f"a Dask scheduler's address; {wrong}", "see that it runs: dask scheduler"
-        raise InputError("--cluster", where, rule, cure)
-    with Client(address, timeout=_ANSWER_S) as client:
-        yield client
-
-
-def _see_a_worker(client: Any, where: str, say: Callable[[str], object]) -> None:
-    """Wait for the first worker, with a task to do: clusters that grow on demand start one for it.
-
-    Raises InputError where none comes.
-    """
-    if client.scheduler_info()["workers"]:
-        return
+def _wait_for_a_worker(client: Any, where: str, say: Callable[[str], object]) -> None:
+    """Wait with a task to do: clusters that grow on demand start a worker for it."""
     say(f"lodbench: {where} has no worker yet: waiting for one, {_WORKERS_S} s at most")
     task = client.submit(software, pure=False)
     try:
@@ -190,7 +173,6 @@ def _see_a_worker(client: Any, where: str, say: Callable[[str], object]) -> None
 
 
 def _address_in(file: str) -> str:
-    """Read the address that a scheduler wrote into its file."""
     try:
         return str(json.loads(Path(file).read_bytes())["address"])
     except OSError:
@@ -251,7 +233,7 @@ def frame_task(
 ) -> dict[str, Any]:
     """Render a frame beside where it will stand.
 
-    Gives {record, partial}, or {input} or {disk} as worker_child does; raises RuntimeError for
+    Gives {record, partial}, or {input} or {disk} as worker.answer does; raises RuntimeError for
     anything else that goes wrong, for Dask to try again.
     """
     from distributed import get_worker
@@ -263,29 +245,22 @@ def frame_task(
         return {"input": ["--cluster", software(), rule, "install the same versions there"]}
     partial = partial_path(Path(path))
     with _ONE_AT_A_TIME:
-        _set_threads(threads or worker.state.nthreads)
+        import drjit
+
+        drjit.set_thread_count(threads or worker.state.nthreads)
         partial.unlink(missing_ok=True)
-        found = answer(
-            lambda: _session(worker, settings).render(frame, partial, most_bytes=most_bytes)
-        )
+
+        def render() -> Record:
+            session: FrameSession | None = getattr(worker, "frame_session", None)
+            if session is None or session.settings != settings:
+                worker.frame_session = None  # its world goes before another comes
+                worker.frame_session = session = FrameSession(settings)
+            return session.render(frame, partial, most_bytes=most_bytes)
+
+        found = answer(render)
     if "failed" in found:
         raise RuntimeError(found["failed"])
     return {**found, "partial": str(partial)}
-
-
-def _session(worker: Any, settings: Settings) -> FrameSession:
-    """The session of a worker, for whom it is kept from frame to frame of the same settings."""
-    session: FrameSession | None = getattr(worker, "frame_session", None)
-    if session is None or session.settings != settings:
-        worker.frame_session = None  # its world goes before another comes
-        worker.frame_session = session = FrameSession(settings)
-    return session
-
-
-def _set_threads(threads: int) -> None:
-    import drjit
-
-    drjit.set_thread_count(threads)
 
 
 def render_on_cluster(job: Job, cluster: Cluster, task: Task = frame_task) -> Iterator[Record]:
@@ -297,33 +272,31 @@ def render_on_cluster(job: Job, cluster: Cluster, task: Task = frame_task) -> It
         if frame in job.done:
             yield kept_record(job, frame)
     tries = {frame: 0 for frame in job.paths if frame not in job.done}
+    first = True
     for turn in range(MOST_TRIES):
         together = [list(tries)] if turn < MOST_TRIES - 1 else [[frame] for frame in tries]
-        for frames in filter(None, together):
-            yield from _turn(job, cluster, task, frames, tries)
-
-
-def _turn(
-    job: Job, cluster: Cluster, task: Task, frames: list[int], tries: dict[int, int]
-) -> Iterator[Record]:
-    """Try these frames; those that end, one way or another, leave ``tries``."""
-    for frame, found in _ended(job, cluster, task, frames):
-        if isinstance(found, int):
-            tries[frame] += found
-            if tries[frame] >= MOST_TRIES:
-                many = tries.pop(frame)
-                yield failure(job, frame, f"it ended its worker {many} times", many)
-            continue
-        first = len(tries) == len(job.paths) - len(job.done)
-        del tries[frame]
-        if isinstance(found, InputError):
-            if first:
-                raise found
-            yield failure(job, frame, str(found), 1)
-        elif isinstance(found, BaseException):
-            yield failure(job, frame, str(found), MOST_TRIES)
-        else:
-            yield commit_frame(job, frame, found["record"], Path(found["partial"]))
+        for frame, found in chain.from_iterable(
+            _ended(job, cluster, task, frames) for frames in together if frames
+        ):
+            if isinstance(found, int):
+                tries[frame] += found
+                if tries[frame] >= MOST_TRIES:
+                    many = tries.pop(frame)
+                    yield failure(job, frame, f"it ended its worker {many} times", many)
+                continue
+            del tries[frame]
+            if isinstance(found, InputError):
+                if first:
+                    raise found
+                yield failure(job, frame, str(found), 1)
+            elif isinstance(found, BaseException):
+                yield failure(job, frame, str(found), MOST_TRIES)
+            else:
+                try:
+                    yield commit_frame(job, frame, found["record"], Path(found["partial"]))
+                except InputError as error:  # what came to stand there meanwhile
+                    yield failure(job, frame, str(error), 1)
+            first = False
 
 
 def _ended(
@@ -354,21 +327,16 @@ def _ended(
             frame, error = frame_of[future.key], future.exception()
             if isinstance(error, KilledWorker):
                 yield frame, error.allowed_failures + 1
+            elif error:
+                yield frame, error
             else:
-                yield frame, error or _result(future.result(), job.paths[frame])
+                found = future.result()
+                if "disk" in found:
+                    raise DiskError(OSError(*found["disk"]), job.paths[frame])
+                yield frame, InputError(*found["input"]) if "input" in found else found
             future.release()
     finally:
         client.cancel(futures, force=True)
-
-
-def _result(found: dict[str, Any], path: Path) -> dict[str, Any] | InputError:
-    """What a task gave, or what it says of bad input. Raises what it says of the disk."""
-    if "input" in found:
-        where, arrived, rule, cure = found["input"]
-        return InputError(where, arrived, rule, cure)
-    if "disk" in found:
-        raise DiskError(OSError(*found["disk"]), path)
-    return found
 
 
 def sweep(job: Job) -> None:

@@ -1,16 +1,9 @@
 """Transmittance T and airlight L_air of the air along rays, for L·T + L_air·(1 − T).
 
 This is Koschmieder's law (1924) with T = exp(−∫β); β has one value for each band of the picture.
-The law is applied in two places, which change together:
-
-    drivers/jit.py, composite_haze             to each sample, on Dr.Jit arrays
-    drivers/scalar_passes.py, composite_haze   to the means over each pixel, on NumPy arrays, with
-                                               a covariance term: exact while linear in L
-
-Both take the light that the air adds from ``in_scattered_light`` below. The look-ups of airlight
-and sky and the path through mist are written twice, too: here (and in lod.air) in NumPy
-for drivers/scalar_passes.py, in drivers/jit.py for Dr.Jit, with other rounding. drivers/volpath.py
-applies nothing of this: there the renderer traces the air itself as a medium.
+``air_along`` alone says what T and the added light of a ray are. drivers/jit.py calls it for single
+samples, on Dr.Jit arrays, and drivers/scalar_passes.py for means over pixels, on NumPy arrays.
+drivers/volpath.py does not: there the renderer traces the air itself as a medium.
 
 With analytic haze L_air is the sky's radiance at the horizon in the ray's azimuth. A ray that meets
 nothing has T = 0 below the elevation ``HORIZON_DEG`` and shows the airlight alone. Above it the ray
@@ -21,27 +14,20 @@ With scattered haze L_air is the source term of the air along the path, tabulate
 distance. A ray that meets nothing shows the sky through the scattering layer, from a table.
 """
 
+import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
+import drjit as dr
+import mitsuba as mi
 import numpy as np
 
-from lod.air import Air, PathBands, base_equivalent_length, mist_extinction, optical_depth
-from lod.arrays import Reals
+from lod.air import Air, Mist, haze_extinction, mist_extinction
 from scenes.render.build import BuiltScene
-from scenes.render.light import (
-    HORIZON_DEG,
-    Bands,
-    azimuth,
-    horizon,
-    interpolate,
-    interpolate_planes,
-    row_sqrt_sine,
-    row_upper,
-    sun_disc,
-    variant_bands,
-)
+from scenes.render.light import HORIZON_DEG, Bands, horizon, sun_disc, variant_bands
 from scenes.render.scattered_layer import NEAR_M, RATIO, ScatteringLayer
+
+_NO_END = 1e30
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,11 +37,12 @@ class Haze:
     air             extinction of haze and mist
     bands           bands of the picture
     eye_m           height of the eye above the datum
-    airlight_table  (planes, rows, columns, bands) radiance of an endless path, by distance (see
-                    ``plane_index``) and direction (see direction_table.row_sqrt_sine)
+    airlight_table  (planes, rows, columns, bands) radiance of an endless path, by distance (plane
+                    k is at NEAR_M·RATIO**k) and direction: rows are even in the root of the sine of
+                    elevation, either way from the horizon, where views change most
     sky_table       (rows, columns, bands) radiance of the sky as it appears through the scattering
-                    layer, by direction (see direction_table.row_upper); None with analytic haze,
-                    where rays that meet nothing keep the radiance that the renderer traced
+                    layer, by direction (see light.row_upper); None with analytic haze, where rays
+                    that meet nothing keep the radiance that the renderer traced
     horizon_sine    sine of the elevation below which a ray that meets nothing shows the airlight
                     alone: that of HORIZON_DEG, or 0 with scattered haze
     to_sun          (3,) unit vector to the sun
@@ -97,57 +84,179 @@ def make_haze(built: BuiltScene, air: Air) -> Haze:
     )
 
 
-def in_scattered_light(airlight: Any, transmittance: Any) -> Any:
-    """Light that the air adds to a ray, L_air·(1 − T), on NumPy or Dr.Jit arrays of equal shape."""
-    return airlight * (1 - transmittance)
+class Direction(NamedTuple):
+    """Unit directions east, north and up, (…, 1) each, as Dr.Jit's vectors have them."""
+
+    x: np.ndarray
+    y: np.ndarray
+    z: np.ndarray
 
 
-def optical_depth_to(haze: Haze, distance: Reals, rise: Reals) -> PathBands:
-    """Integrate β from the eye over each distance [m], along a line that rises ``rise`` a metre."""
-    start = np.full_like(distance, haze.eye_m)
-    return optical_depth(haze.air, start, start + distance * rise, distance, haze.wavelengths)
+class NumpyArrays:
+    """What ``air_along`` does to numbers, on NumPy arrays: rays (…, 1) and colours (…, bands)."""
+
+    select, exp, log, sqrt, floor = np.where, np.exp, np.log, np.sqrt, np.floor
+    minimum, maximum, clip, atan2, mulsign = (
+        np.minimum,
+        np.maximum,
+        np.clip,
+        np.arctan2,
+        np.copysign,
+    )
+
+    @staticmethod
+    def fma(a: Any, b: Any, c: Any) -> Any:
+        return a * b + c
+
+    @staticmethod
+    def dot(direction: Direction, vector: np.ndarray) -> Any:
+        return direction.x * vector[0] + direction.y * vector[1] + direction.z * vector[2]
+
+    @staticmethod
+    def number(value: float) -> Any:
+        return value
+
+    @staticmethod
+    def colour(values: np.ndarray) -> Any:
+        return values
+
+    @staticmethod
+    def index(values: Any) -> Any:
+        return values.astype(np.int64)
+
+    @staticmethod
+    def table(values: np.ndarray) -> Any:
+        return values.reshape(-1, values.shape[-1])
+
+    @staticmethod
+    def take(table: Any, index: Any) -> Any:
+        return table[index[..., 0]]
+
+    @staticmethod
+    def mean_exponential(x: Any) -> Any:
+        """(1 − exp(−x))/x, the mean of exp(−t) from 0 to x."""
+        return np.where(x > 0, -np.expm1(-x) / np.where(x > 0, x, 1.0), 1.0)
 
 
-def mist_transmittance(haze: Haze, directions: np.ndarray) -> np.ndarray:
-    """Transmittance of the mist between the eye and open sky, (…, 3) → (…, bands).
+class JitArrays(NumpyArrays):
+    """The same on Dr.Jit arrays; constants are inputs of the kernel (``dr.opaque``).
 
-    Below the horizon it is as at the horizon. It is 1 where the sky table includes the mist.
-    composite_haze of drivers/jit.py does this for Dr.Jit arrays, by mist_equivalent_length.
+    That is a barrier to Dr.Jit's optimiser: a kernel is not compiled anew when the numbers change.
     """
-    rise = np.maximum(directions[..., 2].astype(np.float64).ravel(), haze.horizon_sine)
-    if haze.sky_table is not None or haze.air.mist is None:
-        return np.ones((*directions.shape[:-1], len(haze.wavelengths)))
-    metres = base_equivalent_length(haze.air.mist, np.full_like(rise, haze.eye_m), rise)
-    depth = metres[:, None] * mist_extinction(haze.air, haze.wavelengths)
-    return np.exp(-depth).reshape(*directions.shape[:-1], -1)
+
+    select, exp, log, sqrt, floor = dr.select, dr.exp, dr.log, dr.sqrt, dr.floor
+    minimum, maximum, clip, atan2, mulsign = dr.minimum, dr.maximum, dr.clip, dr.atan2, dr.mulsign
+    fma = dr.fma
+
+    @staticmethod
+    def dot(direction: Any, vector: np.ndarray) -> Any:
+        return dr.dot(direction, mi.Vector3f(JitArrays.colour(vector)))
+
+    @staticmethod
+    def number(value: float) -> Any:
+        return dr.opaque(mi.Float, value)
+
+    @staticmethod
+    def colour(values: np.ndarray) -> Any:
+        return mi.Color3f([dr.opaque(mi.Float, float(value)) for value in values])
+
+    @staticmethod
+    def index(values: Any) -> Any:
+        return mi.UInt32(values)
+
+    @staticmethod
+    def table(values: np.ndarray) -> Any:
+        return mi.Float(values.astype(np.float32).reshape(-1))
+
+    @staticmethod
+    def take(table: Any, index: Any) -> Any:
+        return dr.gather(mi.Color3f, table, index)
+
+    @staticmethod
+    def mean_exponential(x: Any) -> Any:
+        """Below 2e-3 it is 1 − x/2, in float32 more exactly than by its own formula."""
+        return dr.select(x > 2e-3, (1 - dr.exp(-x)) / x, 1 - x / 2)
 
 
-def sky_through_air(
-    haze: Haze, directions: np.ndarray, below_horizon: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """T of rays (…) that meet nothing, and the light that is added to it, (…, bands) each.
+Arrays = type[NumpyArrays]
 
-    ``below_horizon`` (…) says which rays show the airlight alone; a sky table needs no such mask.
+
+def air_along(
+    haze: Haze, distance: Any, direction: Any, below_horizon: Any, of: Arrays
+) -> tuple[Any, Any]:
+    """T of rays and the light that the air adds to each; distance 0 says that a ray met nothing.
+
+    ``below_horizon`` says which of those show the airlight alone; a sky table needs no such mask.
+    The sun's disc is among what is added where the sky is open.
     """
-    airlight = airlight_along(haze, directions, np.full(below_horizon.shape, np.inf))
+    met = distance > 0
+    depth = distance * of.colour(haze_extinction(haze.air, haze.wavelengths))
+    if haze.air.mist:
+        metres = _mist_equivalent_length(
+            haze.air.mist, haze.eye_m, distance, direction.z, haze.horizon_sine, of
+        )
+        depth = depth + metres * of.colour(mist_extinction(haze.air, haze.wavelengths))
+    transmittance = of.exp(-depth)
+    airlight = _airlight(haze, direction, of.select(met, distance, _NO_END), of)
+    disc = of.dot(direction, haze.to_sun) > haze.sun_cosine
+    sun = of.select(disc & ~met, of.colour(haze.sun), 0.0)
     if haze.sky_table is None:
-        mist = mist_transmittance(haze, directions)
-        transmittance = np.where(below_horizon[..., None], 0.0, mist)
-        return transmittance, in_scattered_light(airlight, transmittance)
-    up = directions[..., 2]
-    sky = interpolate(haze.sky_table, row_upper(len(haze.sky_table), up), azimuth(directions))
-    return np.zeros_like(sky), np.where(up[..., None] > 0, sky, airlight)
+        through = of.select(met | ~below_horizon, transmittance, 0.0)
+        return through, airlight * (1 - through) + sun * transmittance
+    # The table includes what the air does to the sky.
+    row = of.sqrt(of.maximum(direction.z, 0.0)) * (len(haze.sky_table) - 1)
+    sky = _interpolate(haze.sky_table, row, direction, of)
+    sky = of.select(direction.z > haze.horizon_sine, sky, airlight) + sun
+    through = of.select(met, transmittance, 0.0)
+    return through, of.select(met, airlight * (1 - through), sky)
 
 
-def airlight_along(haze: Haze, directions: np.ndarray, distance: np.ndarray) -> np.ndarray:
-    """Look up the airlight of paths of a length (…) [m] from the eye, (…, bands).
+def _mist_equivalent_length(
+    mist: Mist, eye_m: float, distance: Any, rise: Any, horizon_sine: float, of: Arrays
+) -> Any:
+    """Length [m] of a path at the mist's base with as much mist as each ray, as lod.air has it."""
+    scale, start = of.number(mist.scale_m), of.number(eye_m - mist.base_m)
+    end = of.fma(distance, rise, start)
+    lower, upper = of.minimum(start, end), of.maximum(start, end)
+    lower_above, upper_above = of.maximum(lower, 0.0), of.maximum(upper, 0.0)
+    height = of.select(upper > lower, upper - lower, 1.0)
+    above = of.select(upper > lower, (upper_above - lower_above) / height, 1.0)
+    mean = of.mean_exponential((upper_above - lower_above) / scale)
+    share = 1 - above + above * mean * of.exp(-lower_above / scale)
+    beyond = of.maximum(-start, 0.0) + scale * of.exp(-of.maximum(start, 0.0) / scale)
+    return of.select(distance > 0, distance * share, beyond / of.maximum(rise, horizon_sine))
 
-    airlight_along of drivers/jit.py does the same for Dr.Jit arrays.
-    """
-    row = row_sqrt_sine(haze.airlight_table.shape[1], directions[..., 2])
-    return interpolate_planes(haze.airlight_table, plane_index(distance), row, azimuth(directions))
+
+def _airlight(haze: Haze, direction: Any, distance: Any, of: Arrays) -> Any:
+    """Look up the airlight of paths of a length [m] from the eye, between planes of the table."""
+    planes, rows = haze.airlight_table.shape[:2]
+    table = haze.airlight_table.reshape(planes * rows, *haze.airlight_table.shape[2:])
+    root = of.mulsign(of.sqrt(abs(direction.z)), direction.z)
+    row = of.clip((root + 1) / 2 * (rows - 1), 0.0, rows - 1.0)
+    if planes == 1:
+        return _interpolate(table, row, direction, of)
+    plane = of.log(of.maximum(distance, NEAR_M) / NEAR_M) / math.log(RATIO)
+    plane = of.clip(plane, 0.0, planes - 1.0)
+    near_plane = of.floor(plane)
+    far_plane = of.minimum(near_plane + 1, planes - 1.0)
+    near = _interpolate(table, near_plane * rows + row, direction, of)
+    far = _interpolate(table, far_plane * rows + row, direction, of)
+    return of.fma(far - near, plane - near_plane, near)
 
 
-def plane_index(distance: np.ndarray) -> np.ndarray:
-    """Find the places of distances [m] among a table's planes, plane k being at NEAR_M·RATIO**k."""
-    return np.log(np.maximum(distance, NEAR_M) / NEAR_M) / np.log(RATIO)
+def _interpolate(table: np.ndarray, row: Any, direction: Any, of: Arrays) -> Any:
+    """Interpolate a table (rows, columns, bands) between rows and azimuths clockwise from north."""
+    rows, columns = table.shape[:2]
+    values = of.table(table)
+    turn = of.atan2(direction.x, direction.y) / (2 * math.pi)
+    row, column = of.clip(row, 0.0, rows - 1.0), (turn - of.floor(turn)) * columns
+    low, west = of.floor(row), of.floor(column)
+    lower, left = of.index(low), of.index(west)
+    upper, left, right = of.minimum(lower + 1, rows - 1), left % columns, (left + 1) % columns
+
+    def between(line: Any) -> Any:
+        first = of.take(values, line * columns + left)
+        return of.fma(of.take(values, line * columns + right) - first, column - west, first)
+
+    below = between(lower)
+    return of.fma(between(upper) - below, row - low, below) if rows > 1 else below

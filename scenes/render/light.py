@@ -36,7 +36,6 @@ def interpolate(table: np.ndarray, row: np.ndarray, turn: np.ndarray) -> np.ndar
     """Interpolate between the four nearest entries of a table (rows, columns, bands), (…, bands).
 
     ``row`` (…) counts from 0 and stays within the table; ``turn`` (…) is in whole turns.
-    drivers/jit.py does the same for Dr.Jit arrays.
     """
     rows, columns = table.shape[:2]
     row, column = np.clip(row, 0, rows - 1), turn % 1.0 * columns
@@ -48,19 +47,6 @@ def interpolate(table: np.ndarray, row: np.ndarray, turn: np.ndarray) -> np.ndar
     return below * (1 - up_share) + above * up_share
 
 
-def interpolate_planes(
-    table: np.ndarray, plane: np.ndarray, row: np.ndarray, turn: np.ndarray
-) -> np.ndarray:
-    """Interpolate in a table (planes, rows, columns, bands); ``plane`` (…) counts from 0."""
-    planes, rows = table.shape[:2]
-    plane, row = np.clip(plane, 0, planes - 1), np.clip(row, 0, rows - 1)
-    near_plane = np.floor(plane)
-    share, far_plane = (plane - near_plane)[..., None], np.minimum(near_plane + 1, planes - 1)
-    flat = table.reshape(planes * rows, *table.shape[2:])  # the last row has none after it
-    near, far = (interpolate(flat, each * rows + row, turn) for each in (near_plane, far_plane))
-    return near * (1 - share) + far * share
-
-
 def azimuth(directions: np.ndarray) -> np.ndarray:
     """Azimuth in whole turns clockwise from north, (…, 3) → (…), 0 to 1."""
     return np.arctan2(directions[..., 0], directions[..., 1]) / (2 * np.pi) % 1.0
@@ -69,15 +55,6 @@ def azimuth(directions: np.ndarray) -> np.ndarray:
 def row_sine(rows: int, up: np.ndarray) -> np.ndarray:
     """Row of a direction by its sine of elevation, of which rows are middles of even steps."""
     return (up + 1) / 2 * rows - 0.5
-
-
-def row_sqrt_sine(rows: int, up: np.ndarray) -> np.ndarray:
-    """Row of a direction by the root of its sine of elevation, from straight below to straight up.
-
-    Rows are even in that root either way from the horizon: most of them lie where views change
-    most.
-    """
-    return (np.sign(up) * np.sqrt(np.abs(up)) + 1) / 2 * (rows - 1)
 
 
 def row_upper(rows: int, up: np.ndarray) -> np.ndarray:

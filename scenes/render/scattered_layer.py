@@ -208,10 +208,10 @@ _FLAT_M = 1.0
 class ScatteringLayer:
     """Light that a layer of air scatters and lets through, in tables by direction.
 
-    airlight_table   (planes, rows, columns, bands) airlight of paths that begin at the eye; rows by
-                     direction_table.row_sqrt_sine
+    airlight_table   (planes, rows, columns, bands) airlight of paths that begin at the eye, as
+                     ``Haze.airlight_table``
     sky_from_eye     (rows, columns, bands) radiance of the sky and of the layer above the horizon,
-                     as they appear from the eye; rows by direction_table.row_upper
+                     as they appear from the eye; rows by light.row_upper
     sky_from_ground  (rows, columns, bands) the radiance as it appears from the mean ground
     sun_to_ground    (bands,) share of the sun's light that reaches the mean ground
     sun_to_eye       (bands,) share of the sun's light that reaches the eye

@@ -181,11 +181,10 @@ def _try(variant: str, library: str | None) -> bool | str:
     """Render the tiny scene in a child: True, or why not."""
     if library and not Path(library).is_file():
         return f"there is no file {library}"
-    child = Path(__file__).with_name("probe_child.py")
     environment = dict(os.environ, **({LLVM_PATH: library} if library else {}))
     try:
         done = subprocess.run(
-            [sys.executable, "-P", str(child), variant],
+            [sys.executable, "-P", "-c", _PROBE, variant],
             capture_output=True,
             text=True,
             errors="replace",
@@ -197,6 +196,33 @@ def _try(variant: str, library: str | None) -> bool | str:
     if done.returncode == 0 and done.stdout.strip().endswith("works"):
         return True
     return _why(done.returncode, done.stderr)
+
+
+_PROBE = """
+import resource, sys
+
+resource.setrlimit(resource.RLIMIT_CORE, (0, 0))  # an abort is an answer, not something to debug
+import mitsuba as mi
+
+mi.set_variant(sys.argv[1])
+ball = {
+    "type": "scene",
+    "integrator": {"type": "path", "max_depth": 3},
+    "sensor": {
+        "type": "perspective",
+        "to_world": mi.ScalarTransform4f().look_at([0, -4, 1], [0, 0, 0], [0, 0, 1]),
+        "film": {"type": "hdrfilm", "width": 4, "height": 4, "rfilter": {"type": "box"}},
+        "sampler": {"type": "multijitter", "sample_count": 4},
+    },
+    "sky": {"type": "sunsky", "sun_direction": [1, 0, 1]},
+    "ball": {"type": "sphere", "bsdf": {"type": "diffuse"}},
+}
+total = sum(map(float, mi.TensorXf(mi.render(mi.load_dict(ball), seed=1)).array))
+if not 0 < total < float("inf"):
+    raise RuntimeError(f"the tiny scene came out wrong: its pixels sum to {total}")
+print("works")
+"""
+"""Renders a ball under the sky, in 4 × 4 pixels."""
 
 
 def _why(code: int, words: str) -> str:

@@ -1,22 +1,33 @@
 """A process that renders frames and can be killed, by Ctrl-C at once or by its own death.
 
 It stays from frame to frame, so that its world, its compiled kernels and its caches do. The
-renderer never enters the process that keeps the manifest.
+renderer never enters the process that starts it. ``Worker`` is the one end, ``serve`` the other.
+
+Requests and answers are JSON objects, one a line. A request is {settings}, which opens a session
+with them, {preflight: frames, folder, most_bytes} or {frame, target, most_bytes}. The answers are
+{ready} once; an empty {record} of a session that is open, and of frames whose memory is estimated;
+and of each frame {samples: [taken, of]} some times, and then its {record}. Before any of them may
+come {making: [what, done, steps]} of what is made once and then kept. In place of any record may
+come {input: [where, arrived, rule, cure]}, {disk: [errno, strerror, file]} or {failed: text}.
 """
 
+import contextlib
 import json
 import os
 import select
 import signal
 import subprocess
 import sys
+import traceback
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from pathlib import Path
-from types import TracebackType
 from typing import Any
 
 from lod.errors import InputError
+from scenes.processes.progress import followed_by
 from scenes.processes.signals import signals_held
+from scenes.processes.streams import end_with_parent, open_standard_streams, own_stdout
 from scenes.render.exr.header import Record, Settings
 from scenes.render.exr.sequence import FrameFailed, Job, render_sequence
 from scenes.render.variants import trusting
@@ -27,7 +38,7 @@ MOST_TRIES = 3
 MOST_ESTIMATED = 16
 """Frames of a sequence whose memory is estimated before the first of them is rendered."""
 
-CHILD = (sys.executable, "-P", "-m", "scenes.render.worker_child")
+CHILD = (sys.executable, "-P", "-m", "scenes.render.worker")
 _ROOT = Path(__file__).resolve().parents[2]
 _TICK_S = 0.5
 
@@ -53,7 +64,7 @@ systems that give them only on request: the memory of a frame is new, and one la
 place of 512 small ones that would have to be mapped one by one."""
 
 
-class Worker:
+class Worker(contextlib.AbstractContextManager):
     """Renders frames in a process of its own, which ends with the context.
 
     threads     for the renderer; 0 = one for each core
@@ -71,15 +82,7 @@ class Worker:
         self._unread = b""
         self._settings: Settings | None = None
 
-    def __enter__(self) -> "Worker":
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.end()
 
     def __call__(self, settings: Settings, frame: int, target: Path) -> Record:
@@ -173,7 +176,8 @@ class Worker:
                 self._unread = rest
                 found: dict[str, Any] = json.loads(line)
                 if "making" in found:
-                    making = _unfinished(*found["making"])
+                    what, done, steps = found["making"]
+                    making = (what, done, steps) if done < steps else None
                 elif "samples" in found:
                     samples, of = found["samples"]
                 else:
@@ -187,12 +191,8 @@ class Worker:
             self._watch(self._process.pid, samples, of, making)
 
 
-def _unfinished(what: str, done: float, steps: int) -> Making | None:
-    return (what, done, steps) if done < steps else None
-
-
 def render_left(job: Job, worker: Worker) -> Iterator[Record]:
-    """Render what is not done as ``render_sequence`` does, and estimates its memory before.
+    """Render what is not done as ``render_sequence`` does, with its memory estimated before.
 
     Of more than MOST_ESTIMATED frames so many are estimated, evenly spread, the first and the last
     among them. Raises InputError before any is rendered where one would need more than it may.
@@ -228,3 +228,65 @@ def _how(code: int) -> str:
         return f"exit code {code}"
     name = signal.Signals(-code).name if -code in set(signal.Signals) else f"signal {-code}"
     return f"{name}, perhaps for want of memory" if code == -signal.SIGKILL else name
+
+
+def answer(work: Callable[[], Record]) -> dict[str, Any]:
+    """Do what is asked for; whatever goes wrong becomes an answer."""
+    try:
+        return {"record": work()}
+    except InputError as error:
+        return {"input": [error.where, error.arrived, error.rule, error.cure]}
+    except OSError as error:
+        return {"disk": [error.errno, error.strerror or str(error), error.filename]}
+    except Exception as error:
+        if os.environ.get("LODBENCH_TRACEBACK"):
+            traceback.print_exc()
+        text = " ".join(str(error).split())
+        return {"failed": f"{type(error).__name__}: {text}" if text else type(error).__name__}
+
+
+def serve(open_session: Callable[[Settings], Any]) -> None:
+    """Answer every line of stdin until it ends. argv: the parent's number, threads (0 = all).
+
+    A session is what a FrameSession is: it has ``preflight`` and ``render``.
+    """
+    parent, threads = map(int, sys.argv[1:3])
+    end_with_parent(parent)
+    open_standard_streams()
+    answers = own_stdout()
+    session: Any = None
+
+    def say(data: dict[str, Any]) -> None:
+        print(json.dumps(data, default=str), file=answers, flush=True)
+
+    def watch(samples: int, of: int) -> None:
+        say({"samples": [samples, of]})
+
+    def work(request: dict[str, Any]) -> Record:
+        nonlocal session
+        if "settings" in request:
+            session = None  # its world goes before another comes
+            session = open_session(request["settings"])
+            return {}
+        record: Record
+        if "preflight" in request:
+            frames = request.pop("preflight")
+            record = session.preflight(frames, **request)
+        else:
+            record = session.render(watch=watch, **request)
+        return record
+
+    say({"ready": os.getpid()})
+    if threads:
+        import drjit
+
+        drjit.set_thread_count(threads)
+    with followed_by(lambda *made: say({"making": made})):
+        for line in sys.stdin:
+            say(answer(partial(work, json.loads(line))))
+
+
+if __name__ == "__main__":
+    from scenes.render.frame_session import FrameSession
+
+    serve(FrameSession)

@@ -152,7 +152,9 @@ class RiggedSticks(StickTable):
                 raise InputError(f"sticks.{key}", joints.shape, "a joint, or -1, for every stick")
 
     @staticmethod
-    def on(table: StickTable, start: Ints, end: Ints, origin: Points) -> "RiggedSticks":
+    def on(
+        table: StickTable, start: Ints, end: Ints, origin: Float64[np.ndarray, "j 3"]
+    ) -> "RiggedSticks":
         """Put sticks on joints, (k,) of their starts and ends: ``origin`` (j, 3) at rest, unturned.
 
         The sticks are in the object's frame.

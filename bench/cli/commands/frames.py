@@ -25,7 +25,7 @@ _NOT_FOR_ONE = ("cluster", "preview")
 def command(print_commands: bool, words: tuple[str, ...]) -> None:
     """Print the render commands of single frames: every flag of `render`, the variant settled.
 
-    They may run at once and anywhere, in this folder: the manifest has one writer at a time.
+    They may run at once and anywhere: processes of the same settings share a folder.
     """
     from bench.cli.commands.render import command as render
     from bench.cli.commands.render import fit_to_memory

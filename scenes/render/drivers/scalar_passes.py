@@ -30,14 +30,7 @@ from scenes.frame.frame_input import Quality, SampleWatch, sampler_seed
 from scenes.render.build import GUIDES, BuiltScene, pinhole, sensor
 from scenes.render.drivers.camera_rays import pixel_directions, sample_groups, square_sides
 from scenes.render.drivers.samples import Samples
-from scenes.render.haze import (
-    Haze,
-    airlight_along,
-    in_scattered_light,
-    mist_transmittance,
-    optical_depth_to,
-    sky_through_air,
-)
+from scenes.render.haze import Direction, Haze, NumpyArrays, air_along
 
 _IMAGE, _DISTANCE, _CORRECTION, _GUIDES = range(4)
 
@@ -95,26 +88,16 @@ class _Band:
         """Picture in its air, linear Rec.709, (h, w, 3), and number of pixels not finite."""
         image = self._image()
         bad = ~np.isfinite(image)
-        picture = self.composite_haze(np.where(bad, 0.0, image))
-        return picture @ self.haze.bands.to_rgb, int(np.count_nonzero(bad.any(axis=-1)))
-
-    def composite_haze(self, image: np.ndarray) -> np.ndarray:
-        """Apply L·T + L_air·(1 − T) to the mean radiance L of pixels, (h, w, bands).
-
-        jit.composite_haze does the same to single samples: the two change together. Below the
-        horizon the sky that the renderer traces is black. A pixel whose centre is above the horizon
-        by less than half its diagonal (``_half_diagonal``) has rays that go below it, and so shows
-        the airlight, too: hence ``max``, where jit.py, which knows each ray, compares with
-        horizon_sine alone.
-        """
+        # A pixel whose centre is above the horizon by less than half its diagonal has rays that go
+        # below it, where the sky that the renderer traces is black: it shows the airlight, too.
         directions = pixel_directions(self.camera, 1, self.rows)
         horizon_sine = max(self.haze.horizon_sine, self._half_diagonal)
-        below_horizon = directions[..., 2] < horizon_sine
+        below_horizon = directions[..., 2:] < horizon_sine
         transmittance, added = self._mean_haze(below_horizon)
-        picture = transmittance * image + added
+        picture = transmittance * np.where(bad, 0.0, image) + added
         if self.spp > 1:
             picture += self._correction(below_horizon, transmittance)
-        return picture
+        return picture @ self.haze.bands.to_rgb, int(np.count_nonzero(bad.any(axis=-1)))
 
     def _image(self) -> np.ndarray:
         """Mean radiance without air, of stratified samples, (h, w, bands)."""
@@ -136,17 +119,13 @@ class _Band:
         return math.sqrt(2) * tan_x / self.camera["size"][0] + aside
 
     def _mean_haze(self, below_horizon: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Mean T of each pixel, and mean light of air and sun's disc, (h, w, bands) each."""
-        transmittance = added = np.zeros((*below_horizon.shape, len(self.haze.wavelengths)))
+        """Mean T of each pixel, and mean light that the air adds, (h, w, bands) each."""
+        sums = np.zeros((2, *below_horizon.shape[:2], len(self.haze.wavelengths)))
         for number, side in enumerate(square_sides(self.spp)):
-            distance = self._trace("distance", side, 1, _DISTANCE, number)[..., :1]
-            directions = pixel_directions(self.camera, side, self.rows)
-            ray_transmittance, ray_added = self._ray_haze(distance, directions, below_horizon, side)
-            disc = (directions @ self.haze.to_sun > self.haze.sun_cosine) & (distance[..., 0] == 0)
-            sun = disc[..., None] * mist_transmittance(self.haze, directions) * self.haze.sun
-            transmittance = transmittance + _pixel_sum(ray_transmittance, side)
-            added = added + _pixel_sum(ray_added + sun, side)
-        return transmittance / self.spp, added / self.spp
+            found = self._ray_haze(_DISTANCE, number, side, below_horizon)
+            sums += np.stack([_pixel_sum(each, side) for each in found])
+        transmittance, added = sums / self.spp
+        return transmittance, added
 
     def _correction(self, below_horizon: np.ndarray, mean: np.ndarray) -> np.ndarray:
         """Mean of (T − T̄)·L over a quarter of the samples, T̄ being ``mean``, (h, w, bands)."""
@@ -154,28 +133,19 @@ class _Band:
         total = np.zeros_like(mean)
         for number, side in enumerate(square_sides(count)):
             radiance = self._trace("image", side, 1, _CORRECTION, number)
-            distance = self._trace("distance", side, 1, _CORRECTION, number)[..., :1]
-            directions = pixel_directions(self.camera, side, self.rows)
-            transmittance, _ = self._ray_haze(distance, directions, below_horizon, side)
+            transmittance, _ = self._ray_haze(_CORRECTION, number, side, below_horizon)
             departure = transmittance - _spread(mean, side)
             total += _pixel_sum(departure * np.nan_to_num(radiance, posinf=0.0, neginf=0.0), side)
         return total / count
 
     def _ray_haze(
-        self, distance: np.ndarray, directions: np.ndarray, below_horizon: np.ndarray, side: int
+        self, stage: int, number: int, side: int, below_horizon: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """T of the ray of each film pixel and the light that the air adds, (h, w, bands) each.
-
-        Both are up to what the ray meets, or to the sky where ``distance`` (h, w, 1) is 0.
-        """
-        mask = _spread(below_horizon[..., None], side)[..., 0]
-        to_sky, added_to_sky = sky_through_air(self.haze, directions, mask)
-        metres, rise = distance.astype(np.float64)[..., 0], directions[..., 2].astype(np.float64)
-        depth = optical_depth_to(self.haze, metres.ravel(), rise.ravel()).reshape(to_sky.shape)
-        transmittance = np.exp(-depth)
-        added = in_scattered_light(airlight_along(self.haze, directions, metres), transmittance)
-        met = distance > 0
-        return np.where(met, transmittance, to_sky), np.where(met, added, added_to_sky)
+        """T of the ray of each film pixel and the light that the air adds, (h, w, bands) each."""
+        distance = self._trace("distance", side, 1, stage, number)[..., :1].astype(np.float64)
+        x, y, z = np.split(pixel_directions(self.camera, side, self.rows).astype(np.float64), 3, -1)
+        mask = _spread(below_horizon, side)
+        return air_along(self.haze, distance, Direction(x, y, z), mask, NumpyArrays)
 
     def add_guides(self, total: Samples, side: int, coverage: bool) -> None:
         """Albedo, what one sample of each pixel meets, and with ``coverage`` what each one does."""

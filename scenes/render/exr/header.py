@@ -4,7 +4,7 @@ What a frame's header says: the camera, the time, the software, and every settin
 
 Settings and records: what determines a frame's pixels, and what is known of it, as plain data.
 
-Settings travel to other processes and machines, stand in every header and in the manifest, and make
+Settings travel to other processes and machines, stand in every header, and make
 the same frame again.
 """
 

@@ -81,12 +81,14 @@ def is_remains(path: str | Path) -> bool:
         return False
     with open(path, "rb") as file:
         begin = file.read(_SEARCHED)
+        if any(mark in begin for mark in _MARKS):
+            return True
         if begin.startswith(_MAGIC):
-            return b"lod:" in begin or len(begin) < _SHORTEST_HEADER
+            return len(begin) < _SHORTEST_HEADER
         return not any(begin) and not any(map(any, iter(lambda: file.read(2**20), b"")))
 
 
-_MAGIC = b"\x76\x2f\x31\x01"
+_MAGIC, _MARKS = b"\x76\x2f\x31\x01", (b"lod:file_sha256\0string", b"lod:frame\0int")
 _SEARCHED, _SHORTEST_HEADER = 2**16, 2**12
 
 

@@ -20,7 +20,7 @@ import numpy as np
 from scenes.render.exr.layers import write_exr
 from scenes.frame.layers import Layers
 from scenes.render.exr.header import settings_attributes
-from scenes.render.worker_child import serve
+from scenes.render.worker import serve
 
 
 class Session:

@@ -18,7 +18,7 @@ from scenes.render import variants
 from scenes.render.build import build_scene
 from scenes.render.description import ALIGNMENT, PlacedSticks, batches, describe_frame
 from scenes.render.drivers.camera_rays import sample_groups, square_sides
-from scenes.render.haze import airlight_along, make_haze
+from scenes.render.haze import Direction, NumpyArrays, air_along, make_haze
 from scenes.render.render import render_frame
 from scenes.render.scattered_layer import with_scattering_layer
 from scenes.world.light import Light
@@ -285,8 +285,11 @@ def far_along(make, variant, heading, spp=2048):
     built = build_scene(
         with_scattering_layer(describe_frame(replace(make.frame(), camera=camera)), AIR)
     )
-    haze, endless = make_haze(built, AIR), np.array([np.inf])
-    return seen, airlight_along(haze, camera.forward[None], endless)[0]
+    ahead = Direction(*camera.forward.reshape(3, 1, 1))
+    _, added = air_along(
+        make_haze(built, AIR), np.full((1, 1), 1e9), ahead, ahead.z < -2, NumpyArrays
+    )
+    return seen, added[0]
 
 
 @pytest.mark.parametrize("heading", [20.0, 200.0])

@@ -23,14 +23,14 @@ from scenes.frame.layers import SKY_Z
 from scenes.render import description as medium
 from scenes.render import variants
 from scenes.render.description import describe_frame
+from scenes.render.haze import Direction, Haze, JitArrays, NumpyArrays, air_along
 from scenes.render.light import (
     azimuth,
     horizon,
     interpolate,
-    interpolate_planes,
+    make_bands,
     radiance,
     row_sine,
-    row_sqrt_sine,
     row_upper,
     sun_disc,
     surroundings,
@@ -38,6 +38,8 @@ from scenes.render.light import (
 from scenes.render.render import render_frame
 from scenes.render.scattered_layer import (
     DISTANCES_M,
+    NEAR_M,
+    RATIO,
     Lines,
     Sources,
     gather,
@@ -186,7 +188,7 @@ def test_both_drivers_see_the_same_mist(make):
     assert np.allclose(scalar.mean(axis=(0, 1)), jit.mean(axis=(0, 1)), rtol=2e-3)
 
 
-AIR_test_scattered_layer = Air(2000.0)
+LAYER_AIR = Air(2000.0)
 
 
 def test_a_table_gives_back_what_it_holds_and_lines_between():
@@ -202,25 +204,57 @@ def test_a_table_gives_back_what_it_holds_and_lines_between():
     assert azimuth(np.array([[1.0, 0, 0], [0, -1, 0]])).tolist() == [0.25, 0.5]
 
 
-def test_a_table_of_planes_is_looked_up_plane_by_plane():
-    planes, rows, columns = 3, 5, 4
+def haze_of(air, airlight_table, sky_table=None):
+    bands, up = make_bands(False), np.array([0.0, 0.6, 0.8])
+    sine = 0.0 if sky_table is not None else 0.01
+    sun = np.array([4.0, 3.0, 2.0])
+    return Haze(air, bands, 2.0, airlight_table, sky_table, sine, up, sun, 0.9)
+
+
+def test_a_table_of_planes_is_looked_up_plane_by_plane(variant):
+    variants.use(variant)
+    rows, planes = 5, np.arange(3)[:, None, None, None] * 10.0
     up = np.linspace(-1, 1, rows)
-    table = np.zeros((planes, rows, columns, 1)) + np.arange(planes)[:, None, None, None] * 10
-    table = table + up[:, None, None]
-    sines = np.sign(up) * up**2
-    found = interpolate_planes(
-        table, np.array([[0], [1.25], [7]]), row_sqrt_sine(rows, sines), 0.3 * up
-    )
-    expected = np.array([[0], [12.5], [20]]) + up
-    assert np.allclose(found[..., 0], expected)
+    table = np.broadcast_to(planes + up[:, None, None], (3, rows, 4, 3))
+    sine = (np.sign(up) * up**2)[:, None]
+    directions = Direction(np.sqrt(1 - sine**2), 0 * sine, sine)
+    for plane, expected in ((0, 0), (1.25, 12.5), (7, 20)):
+        distance = np.full_like(sine, NEAR_M * RATIO**plane)
+        through, added = air_along(
+            haze_of(AIR, table), distance, directions, sine < -2, NumpyArrays
+        )
+        assert np.allclose(added / (1 - through), expected + up[:, None])
+
+
+@pytest.mark.parametrize("tables", ["analytic", "scattered"])
+@pytest.mark.parametrize("air", [AIR, Air(20e3, Mist(400.0, 5.0, 30.0))])
+def test_samples_and_means_of_pixels_have_the_same_air(variant, air, tables):
+    """On arrays of Dr.Jit as of NumPy, whatever a ray meets."""
+    if variant.startswith("scalar"):
+        pytest.skip("a driver of its own samples")
+    variants.use(variant)
+    import mitsuba as mi
+
+    generator = np.random.default_rng(2)
+    shape = (1, 1, 9, 3) if tables == "analytic" else (3, 6, 9, 3)
+    sky = None if tables == "analytic" else generator.random((6, 9, 3))
+    haze = haze_of(air, generator.random(shape), sky)
+    way = generator.normal(size=(400, 3))
+    way[:50, 2] = 0.0
+    way = (way / np.linalg.norm(way, axis=1)[:, None]).astype(np.float32).astype(np.float64)
+    distance = generator.choice([0.0, 3.0, 90.0, 4000.0], 400)[:, None]
+    x, y, z = np.split(way, 3, axis=1)
+    expected = air_along(haze, distance, Direction(x, y, z), z <= haze.horizon_sine, NumpyArrays)
+    ray = mi.Vector3f(way.T.astype(np.float32))
+    found = air_along(haze, mi.Float(distance[:, 0]), ray, ray.z <= haze.horizon_sine, JitArrays)
+    for jit, numpy in zip(found, expected, strict=True):
+        assert np.allclose(np.array(jit).T, numpy, rtol=2e-4, atol=2e-5)
 
 
 def test_surroundings_stand_where_the_table_says(make, variant):
     """Its light comes from the direction that it was tabulated for, and none from below."""
     variants.use(variant)
-    light = with_scattering_layer(
-        describe_frame(make.frame(make.ground())), AIR_test_scattered_layer
-    )["light"]
+    light = with_scattering_layer(describe_frame(make.frame(make.ground())), LAYER_AIR)["light"]
     way = np.array([(0.6, 0.0, 0.8), (0.0, 0.8, 0.6), (-0.48, -0.64, 0.6), (0.8, -0.6, 0.02)])
     way /= np.linalg.norm(way, axis=1)[:, None]
     seen = light["scattering_layer"].sky_from_ground
@@ -241,14 +275,14 @@ def test_ground_and_sky_are_as_bright_as_in_the_medium(make, variant, monkeypatc
     def rows(haze, spp):
         quality = Quality(variant, spp, 3, 16, haze)
         return render_frame(
-            FrameInput(camera, tuple(scene), AIR_test_scattered_layer, make.light, quality)
+            FrameInput(camera, tuple(scene), LAYER_AIR, make.light, quality)
         ).rgb.mean(axis=1)
 
     medium_rows, closed = rows("medium", 512), rows("scattered", 64)
     assert np.allclose(closed, medium_rows, rtol=0.03)
 
 
-@pytest.mark.parametrize("air", [AIR_test_scattered_layer, Air(20e3, Mist(400.0, 5.0, 30.0))])
+@pytest.mark.parametrize("air", [LAYER_AIR, Air(20e3, Mist(400.0, 5.0, 30.0))])
 def test_no_seam_at_the_horizon_and_both_drivers_alike(make, air):
     for name in (variants.SCALAR_VARIANT, variants.JIT_VARIANT):
         if variants.works(name) is not True:

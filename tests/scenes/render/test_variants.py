@@ -13,7 +13,7 @@ CANDIDATES = variants.candidates()
 
 
 def probe_with(library, expression):
-    code = f"from scenes.render.mitsuba import variants; print({expression})"
+    code = f"from scenes.render import variants; print({expression})"
     environment = {**os.environ, variants.LLVM_PATH: str(library)}
     done = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, env=environment, timeout=300

@@ -1,6 +1,6 @@
 """The process that renders: what it says, what its death costs, and that it never stays.
 
-The process that keeps the manifest never loads the renderer or the scene.
+The process that starts it never loads the renderer or the scene.
 """
 
 import os
@@ -29,7 +29,7 @@ from pathlib import Path
 
 from lod.errors import InputError
 from scenes.processes.progress import tell, work
-from scenes.render.worker_child import serve
+from scenes.render.worker import serve
 
 
 class Session:

@@ -177,7 +177,7 @@ def test_a_thousand_headers_survive_the_round_trip(settings, frame, fps, cell):
     with tempfile.TemporaryDirectory() as folder:
         write_exr(Path(folder) / "a.exr", some_layers(), header)
         found, back = read_whole(Path(folder) / "a.exr"), read_header(Path(folder) / "a.exr")
-    assert found == (frame, {"software": header["software"], **settings})
+    assert found[:2] == (frame, {"software": header["software"], **settings})
     header.pop("timeCode", None)
     for name, value in header.items():
         same = np.array_equal if isinstance(value, np.ndarray) else operator.eq
@@ -205,7 +205,7 @@ def test_no_changed_byte_passes(tmp_path, multipart):
 
 def test_what_was_not_made_here_says_nothing(tmp_path):
     oiio.ImageBuf(oiio.ImageSpec(4, 4, 3, oiio.HALF)).write(str(tmp_path / "other.exr"))
-    with pytest.raises(InputError, match="a frame of lodbench"):
+    with pytest.raises(InputError, match="undamaged"):
         read_whole(tmp_path / "other.exr")
 
 
