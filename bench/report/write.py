@@ -20,7 +20,7 @@ from typing import TypeVar
 from bench.experiment import Progress, experiments, point_table, silent
 from bench.records.probe import NOTE, SOURCES, has_changed, take_probe
 from bench.records.records import Record, pictures_of, read_records
-from bench.report.document import Document, Section
+from bench.report.document import Section
 from bench.report.pages import picture_path, plot_path, to_html, to_markdown
 from bench.runs import sources
 from lod.errors import InputError
@@ -113,7 +113,7 @@ def write_report(
     folder = Path(folder)
     records = read_records(folder)
     if not records:
-        cure = f"make one with `lodbench run scaling -o {folder}`"
+        cure = f"make one with `lodbench run law -o {folder}`"
         raise InputError("DIR", str(folder), "a folder with at least one record", cure)
     html, markdown = folder / "report.html", folder / "report.md"
     replaces = overwrite or made_by_lodbench(html)
@@ -121,8 +121,7 @@ def write_report(
         check_free(path, replaces, "DIR")
     sections = _sections(sorted(records, key=_place), progress)
     progress(2 * len(records), 2 * len(records) + 1, "pages")
-    report = Document(sections)
-    files: dict[Path, str | bytes] = {html: to_html(report), markdown: to_markdown(report)}
+    files: dict[Path, str | bytes] = {html: to_html(sections), markdown: to_markdown(sections)}
     files |= {folder / name: text for name, text in _beside(sections).items()}
     for path in files:
         check_free(path, replaces, "DIR")

@@ -1,7 +1,6 @@
-"""Make the environments in which `run rivals` measures Cycles and ColorVideoVDP.
+"""`lodbench environments`: make the environments in which `run methods` measures other programs.
 
-They are no dependencies: each has pinned requirements of its own, and is made only here. Without a
-name this says which are here, and what making each of them takes.
+They are no dependencies: each has pinned requirements of its own, and is made only here.
 """
 
 import click
@@ -13,7 +12,7 @@ from bench.methods.environments import ENVIRONMENTS
 @click.argument("names", nargs=-1, type=click.Choice(sorted(ENVIRONMENTS)))
 @click.option("--yes", is_flag=True, help="Do not ask before downloading.")
 def command(names: tuple[str, ...], yes: bool) -> None:
-    """Make the environments NAMES, or list those that there are."""
+    """Make environments for Cycles and ColorVideoVDP, or list those that there are."""
     for name in names:
         wanted = ENVIRONMENTS[name]
         click.echo(f"{name}: {wanted.about}; {wanted.asks}, in {wanted.folder}", err=True)
