@@ -5,11 +5,6 @@ turns (processor time, without pruner and renderer). Errors are of every display
 the same scene on a copy of its state (a forked process) in which all are brought up to date: at
 that frame alone, and in all of the ``COPIED`` frames up to it, which is longer than anybody waits.
 
-To split the time of an update, the processor's clock interrupts the acting every 0.5 ms
-(ITIMER_PROF), and the module is noted whose code runs then; what a library does counts for its
-caller. Shares of the notes times the time of an update, measured without interruptions, are the
-split.
-
 Feet are held against those of a field's walkers, who go in circles (``scenes.figures.patrol``),
 by the same measure: of the heels and balls of both feet the lowest stands on the ground, as
 walkers always have a foot on it. How far does it go over the ground from one frame to the next, if
@@ -18,14 +13,11 @@ it is the lowest in both, and how far is any below the ground?
 
 import math
 import multiprocessing
-import signal
 import time
-from collections import Counter
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
 from multiprocessing.connection import Connection
-from types import FrameType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -41,7 +33,7 @@ from lod.update_schedule import TruePose, displacement_px, initial_state
 from lod.view import View
 from scenes.actors.acting import LONGEST_COAST_S, Acting, Rules
 from scenes.actors.behaviour import Acts, Me
-from scenes.actors.behaviours import BEHAVIOURS, BODY_M, walk
+from scenes.actors.behaviours import BEHAVIOURS, walk
 from scenes.actors.performance import (
     EIGHTHS,
     PHASE,
@@ -76,18 +68,6 @@ LOOKS = 4
 
 SOUGHT_M = 3.0
 """Pairs of actors are looked at that come nearer than this."""
-
-KINDS: dict[str, tuple[str, ...]] = {
-    "quaternions": ("lod.actors.quaternion", "lod.actors.joint", "lod.actors.quaternion"),
-    "messages": ("lod.actors",),
-    "bodies": ("scenes.actors.body", "scenes.actors.limb", "scenes.actors.limb"),
-    "the scene": ("scenes.actors.stage",),
-    "behaviours": ("scenes.actors.behaviours",),
-    "who is due": ("scenes.actors",),
-}
-"""What the modules of each name do; the first that fits counts."""
-
-_EVERY_S = 0.0005
 
 
 class Troupe(NamedTuple):
@@ -303,43 +283,29 @@ class Updating:
     everyone: bool
 
     def measure(self, seed: int) -> list[Point]:
-        """Time troupes that take turns frame by frame, and then sample them.
+        """Time troupes that take turns frame by frame, the first half of which compiles.
 
-        ns        of an update of an actor, by kind of work
-        prune_ns  of finding, blending and posing an actor's parts in the last frame
+        update_ns  of an actor, in every frame
+        prune_ns   of finding, blending and posing an actor's parts in the last frame
         """
-        n = self.frames
-        presets = by_behaviour(self.actors, self.side_m, 3 * n, seed)
+        presets = by_behaviour(self.actors, self.side_m, 2 * self.frames, seed)
         if not self.everyone:
             presets = dict([next(iter(presets.items()))])
         troupes = {who: troupe_of(preset) for who, preset in presets.items()}
-        seconds = dict.fromkeys(troupes, 0.0)
-        for frame in range(1, 2 * n + 1):
+        spent: dict[str, list[int]] = {who: [] for who in troupes}
+        for frame in range(1, 2 * self.frames + 1):
             for who, troupe in troupes.items():
                 start = time.process_time()
                 troupe.cast.performance.frame(frame)
-                if frame > n:  # compiling falls into the first
-                    seconds[who] += time.process_time() - start
+                each_s = (time.process_time() - start) / len(troupe.cast.prototypes)
+                spent[who] += [round(1e9 * each_s)] * (frame > self.frames)
         points = []
         for who, troupe in troupes.items():
-            with sampled() as notes:
-                for frame in range(2 * n + 1, 3 * n + 1):
-                    troupe.cast.performance.frame(frame)
             count = len(troupe.cast.prototypes)
-            each = 1e9 * seconds[who] / (count * n) / max(sum(notes.values()), 1)
-            prune_ns = 1e9 * _prune_s(troupe, presets[who]) / count
-            split = (
-                Column("ns", [round(each * notes[kind])], {"kind": kind})
-                for kind in (*KINDS, "else")
-            )
-            case = {
-                "topic": "acting",
-                "what": "updating",
-                "who": who,
-                "actors": count,
-                "side_m": self.side_m,
-            }
-            points.append(Point(case, samples=(*split, Column("prune_ns", [round(prune_ns)]))))
+            pruned = round(1e9 * _prune_s(troupe, presets[who]) / count)
+            samples = columns({"update_ns": spent[who], "prune_ns": [pruned]})
+            case = {"what": "updating", "who": who, "actors": count, "side_m": self.side_m}
+            points.append(Point({"topic": "acting", **case}, samples=samples))
         return points
 
 
@@ -353,34 +319,6 @@ def _prune_s(troupe: Troupe, preset: Preset) -> float:
         troupe.cast.appearance(cut.parts, blend_weights(cut, view))
         least = min(least, time.process_time() - start)
     return least
-
-
-@contextmanager
-def sampled() -> Iterator[Counter[str]]:
-    """Count, while it runs, whose code the processor's clock finds."""
-    notes: Counter[str] = Counter()
-
-    def note(number: int, frame: FrameType | None) -> None:
-        notes[_kind_of(frame)] += 1
-
-    before = signal.signal(signal.SIGPROF, note)
-    signal.setitimer(signal.ITIMER_PROF, _EVERY_S, _EVERY_S)
-    try:
-        yield notes
-    finally:
-        signal.setitimer(signal.ITIMER_PROF, 0.0)
-        signal.signal(signal.SIGPROF, before)
-
-
-def _kind_of(frame: FrameType | None) -> str:
-    """Tell which kind of work runs in a frame of the stack: of the innermost code of ours."""
-    while frame is not None:
-        name = frame.f_globals.get("__name__", "")
-        for kind, modules in KINDS.items():
-            if name.startswith(modules):
-                return kind
-        frame = frame.f_back
-    return "else"
 
 
 @dataclass(frozen=True)
@@ -401,7 +339,7 @@ class Clearance:
             apart = cKDTree(places).query(places, 2)[0][:, 1].min()
             nearest.append(math.floor(1000 * float(apart)))
         case = {"topic": "acting", "what": "clearance", **asdict(self)}
-        return [Point(case, samples=(Column("nearest_mm", nearest), _overlapping(nearest)))]
+        return [Point(case, samples=(Column("nearest_mm", nearest),))]
 
 
 @dataclass(frozen=True)
@@ -412,37 +350,30 @@ class Meetings:
     frames: int
 
     def measure(self, seed: int) -> list[Point]:
-        """Return how near actors come to each other in a frame, by the models of the two [mm]."""
+        """Return how near actors come to each other in a frame, also by models of the two [mm]."""
         preset = load_preset(self.preset, (f"acting.frames={self.frames}",))
         roles = tuple(preset_roles(preset))
         performance = troupe_of(preset).cast.performance
-        pairs: dict[str, list[int]] = {}
-        nearest, updates = [], 0
+        nearest: dict[str, list[int]] = {"all": []}
+        updates = 0
         for frame in range(1, self.frames + 1):
             acted = performance.frame(frame)
             updates += int(acted.updated.sum())
-            places, least = acted.places[:, (X, Y)], dict[str, float]()
+            places, least = acted.places[:, (X, Y)], {"all": SOUGHT_M}
             for a, b in cKDTree(places).query_pairs(SOUGHT_M):
                 apart = float(np.hypot(*(places[a] - places[b])))
                 pair = " and ".join(sorted((roles[a].table.model, roles[b].table.model)))
-                least[pair] = min(apart, least.get(pair, apart))
-            for pair, apart in least.items():
-                pairs.setdefault(pair, []).append(math.floor(1000 * apart))
-            nearest.append(math.floor(1000 * min(least.values(), default=SOUGHT_M)))
+                for who in ("all", pair):
+                    least[who] = min(apart, least.get(who, apart))
+            for who, apart in least.items():
+                nearest.setdefault(who, []).append(math.floor(1000 * apart))
         moving = sum(1 for each in roles if each.table.behaviour)
-        case = {"topic": "acting", "what": "meetings", "preset": self.preset, "actors": len(roles)}
         counts = columns({"updated": [updates], "acted": [moving * self.frames]})
-        apart = (Column("nearest_mm", mm, {"pair": pair}) for pair, mm in sorted(pairs.items()))
-        return [
-            Point(
-                case | {"threshold": preset.acting.threshold},
-                samples=(*counts, *apart, _overlapping(nearest)),
-            )
-        ]
-
-
-def _overlapping(nearest_mm: list[int]) -> Column:
-    return Column("overlapping", [int(mm < 2000 * BODY_M) for mm in nearest_mm])
+        every = Column("nearest_mm", nearest.pop("all"))
+        pairs = (Column("nearest_mm", mm, {"pair": who}) for who, mm in sorted(nearest.items()))
+        case = {"topic": "acting", "what": "meetings", "preset": self.preset}
+        case |= {"actors": len(roles), "seconds": self.frames / FPS}
+        return [Point(case, samples=(*counts, every, *pairs))]
 
 
 @dataclass(frozen=True)

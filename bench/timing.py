@@ -28,7 +28,7 @@ from lod.arrays import Reals
 from lod.crossfade import blend_weights
 from lod.pruner import prune
 from lod.view import View
-from scenes.field.cells import cells_in_reach, search_spans
+from scenes.field.cells import cells_in_reach
 from scenes.field.species_field import SpeciesField
 from scenes.field.traversal import node_limits, traverse
 from scenes.presets.load import load_preset
@@ -46,18 +46,18 @@ DARK = 1e-2
 
 @dataclass(frozen=True)
 class Walks:
-    """Compiled walks over the first frame of presets: one core, and two."""
+    """Compiled walks over the first frame of presets, on one core."""
 
     size: str
     repeats: int
 
 
 def measure_walks(case: Walks, seed: int) -> list[Point]:
-    """Time part tests, objects turned away, sticks posed and parts blended, one core; then two.
+    """Time part tests, sticks posed and emitted, and objects turned away [ns].
 
-    Turned away one by one are objects that were drawn, beyond limits a thirtieth of the view's;
-    ``searched`` are all objects of the square of cells. ``floor_bytes`` are those that a traversal
-    must move. Times of one thread [ns]; with one core and with two by the clock [µs].
+    Turned away are objects that were drawn, beyond limits a thirtieth of the view's; their time
+    bears that of all cells, and of the few objects that are kept. ``floor_bytes`` are those that a
+    traversal must move.
     """
     numba.set_num_threads(1)
     source = np.ones(2**25)
@@ -86,70 +86,40 @@ def _walks_over(field: SpeciesField, view: View, repeats: int) -> tuple[Column, 
     coarse = View(view.camera, view.metric, view.detail * 30.0, view.offscreen_detail)
     bounds, beyond = field.search_bounds(view), field.search_bounds(coarse)
 
-    def turn_away() -> tuple[Any, int]:
+    def turn_away() -> int:
         cells = cells_in_reach(field.cells, view, bounds)
-        return field.cells.candidates(*cells, view, beyond)
+        return int(field.cells.candidates(*cells, view, beyond)[1])
 
-    tasks: dict[str, Callable[[], Any]] = {
-        "tests": lambda: traverse(poses, nodes, limits, instances, still, view),
+    tasks: dict[str, Callable[[], int]] = {
+        "tests": lambda: traverse(poses, nodes, limits, instances, still, view).examined,
+        "sticks": lambda: len(field.appearance(cut.parts, weights)),
         "turned away": turn_away,
-        "sticks": lambda: field.appearance(cut.parts, weights),
-        "blended": lambda: blend_weights(cut, view),
     }
-    x0, x1, y0, y1 = search_spans(field.cells, view, bounds)
-    x, y = (each.ravel() for each in np.meshgrid(np.arange(x0, x1), np.arange(y0, y1)))
-    many = 1 << 16
-    runs = ((x[at : at + many], y[at : at + many]) for at in range(0, len(x), many))
-    counts = {
-        "tests": tasks["tests"]().examined,
-        "turned away": turn_away()[1],
-        "searched": sum(len(field.cells.sample(*run)) for run in runs),
-        "sticks": len(tasks["sticks"]()),
-        "blended": len(cut),
-    }
+    counts = {task: count() for task, count in tasks.items()}
     timed = interleaved_seconds(list(tasks.values()), repeats)
-    threads: dict[int, list[int]] = {1: [], 2: []}
-    for _ in range(repeats):
-        for count, wall in threads.items():
-            numba.set_num_threads(count)
-            start = time.perf_counter()
-            field.cut(view)
-            wall.append(round(1e6 * (time.perf_counter() - start)))
-    numba.set_num_threads(1)
     # A traversal writes 12 bytes for each displayed part, and reads 56 of each object.
-    return (
-        Column("floor_bytes", [12 * len(cut) + 56 * len(instances)]),
-        *(Column("count", [n], {"task": task}) for task, n in counts.items()),
-        *(
-            Column("ns", [round(1e9 * t) for t in row], {"task": task})
-            for task, row in zip(tasks, timed, strict=True)
-        ),
-        *(Column("wall_us", row, {"threads": n}) for n, row in threads.items()),
-    )
+    samples = [Column("floor_bytes", [12 * len(cut) + 56 * len(instances)])]
+    for (task, count), row in zip(counts.items(), timed, strict=True):
+        found = {"count": [count], "ns": [round(1e9 * t) for t in row]}
+        samples += columns(found, task=task)
+    return tuple(samples)
 
 
 def speed_table(points: Sequence[Point]) -> Table:
-    """Show rates, and times against those of the bytes that must move."""
+    """Show rates, and the time of part tests against that of the bytes that must move."""
     (copied,) = where(points, what="copy")
     speed = copied.column("bytes")[0] / (np.median(copied.values("ns")) / 1e9)
-    rows = [("memory moved by a copy", "", f"{speed / 1e9:.1f} GB/s")]
+    rows: list[tuple[str, ...]] = [("memory moved by a copy", "", f"{speed / 1e9:.1f} GB/s")]
     for point in points:
         if point is copied:
             continue
         name = point.case["what"]
-        for task in ("tests", "sticks", "blended"):
+        for task in ("tests", "sticks", "turned away"):
             n, ns = point.column("count", task=task)[0], point.values("ns", task=task)
             rows.append((f"{name}: {task}", f"{n:,}", f"{two_sided_median(1e3 * n / ns):.1f} M/s"))
         floor_ns = 1e9 * point.column("floor_bytes")[0] / speed
         over = np.median(point.values("ns", task="tests")) / floor_ns
         rows.append((f"{name}: time of tests ÷ floor", "", f"{over:.1f}"))
-        away_ns = point.values("ns", task="turned away")
-        for task in ("turned away", "searched"):
-            n = point.column("count", task=task)[0]
-            each = f"{two_sided_median(away_ns / n):.1f} ns each"
-            rows.append((f"{name}: {task}", f"{n:,}", each))
-        one, two = (point.values("wall_us", threads=n) for n in (1, 2))
-        rows.append((f"{name}: prune, one core ÷ two", "", f"{two_sided_median(one / two):.2f}"))
     return ("on one core", "how many", "median (95 %)"), rows
 
 

@@ -339,30 +339,6 @@ def assemble_frame(world: World, preset: Preset, frame: int, variant: str) -> Fr
     return Scene(preset).with_world(world).input(frame, variant)
 
 
-def camera_between(world: World, preset: Preset, frame: float, corner: Corner) -> Camera:
-    """Return the camera at a frame or between two; see Scene."""
-    return Scene(preset).with_world(world).camera(frame, corner)
-
-
 def frame_light(world: World, preset: Preset) -> Light:
     """Return the light of a scene; see Scene."""
     return Scene(preset).with_world(world).light
-
-
-def frame_time(preset: Preset, frame: float) -> float:
-    """Compute when a frame begins [s]; see Scene."""
-    return Scene(preset).time_s(frame)
-
-
-def with_schedule(
-    world: World, preset: Preset, frame: int, displayed: DisplayedRepresentation
-) -> DisplayedRepresentation:
-    """Leave sticks as they were drawn earlier; see Scene."""
-    return Scene(preset).with_world(world).scheduled(frame, displayed)
-
-
-def poses_over(
-    world: World, preset: Preset, frames: Iterable[int], displayed: DisplayedRepresentation
-) -> Iterator[TruePose]:
-    """Compute where sticks truly are; see Scene."""
-    return Scene(preset).with_world(world).poses(frames, displayed)

@@ -19,7 +19,7 @@ from scenes.processes.streams import is_unread, open_standard_streams, write_fai
 
 COMMANDS = (
     *("doctor", "list", "show", "count", "render", "verify", "run", "report", "compare", "study"),
-    *("frames", "usd", "model", "act", "ask"),
+    *("frames", "usd", "model", "act", "ask", "environments"),
 )
 OK, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 TRACEBACK = "LODBENCH_TRACEBACK"

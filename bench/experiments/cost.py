@@ -310,14 +310,14 @@ _LABELS = {"blake": "pruned", "full": "unpruned"}
 
 
 def plots(record: Record) -> tuple[Plot, ...]:
-    """Draw stages of a frame, both sides of larger worlds, and time and parts in any world."""
+    """Draw stages of a frame, both sides of larger worlds, and time in any world."""
     made: list[Plot] = []
     if frames := where(record.points, what="frames"):
         made.append(_stages_plot(frames[0]))
     sizes = where(record.points, what="size")
     made += [_size_plot(kind, points) for (kind,), points in grouped(sizes, "kind").items()]
     if worlds := where(record.points, topic="world"):
-        made += [_time_plot(worlds), _parts_plot(worlds)]
+        made.append(_time_plot(worlds))
     return tuple(made)
 
 
@@ -375,10 +375,14 @@ def _time_plot(points: Sequence[Point]) -> Plot:
         x = [float(p.case["objects"]) for p in row]
         drawn.append(Curve(label, x, y, low, high, line=lines[metric]))
     same = len({p.case["scene"] for p in beyond})
+    ends = " ".join(
+        f"{c.label}: {c.y[0]:.3g} at {c.x[0]:.0e} objects, {c.y[-1]:.3g} at {c.x[-1]:.0e}."
+        for c in drawn
+    )
     caption = (
         "From prune to plain frame, seconds of one core: medians with their 95 % intervals. Of the "
         f"worlds larger than the limit distance, {len(beyond)} give {same} "
-        f"frame{'s' if same > 1 else ''}, compared bit for bit. {_ends(drawn)} Dashed: no growth "
+        f"frame{'s' if same > 1 else ''}, compared bit for bit. {ends} Dashed: no growth "
         "once the world is larger than the limit; unpruned, what parts add to the smallest world, "
         f"of which {models.words}, x being the parts added."
     )
@@ -386,31 +390,10 @@ def _time_plot(points: Sequence[Point]) -> Plot:
     return curves("time", "A frame in ever larger worlds", caption, axis, drawn)
 
 
-def _parts_plot(points: Sequence[Point]) -> Plot:
-    drawn = []
-    for metric, label in _LABELS.items():
-        row = where(points, metric=metric)
-        y = [float(max(p.column("parts")[0], 1)) for p in row]
-        drawn.append(Curve(label, [float(p.case["objects"]) for p in row], y))
-    caption = f"Parts displayed from the same eye. {_ends(drawn)}"
-    axis = "objects in the world", "parts displayed"
-    return curves("parts", "Parts in ever larger worlds", caption, axis, drawn)
-
-
-def _ends(drawn: Sequence[Curve]) -> str:
-    return " ".join(
-        f"{c.label}: {c.y[0]:.3g} at {c.x[0]:.0e} objects, {c.y[-1]:.3g} at {c.x[-1]:.0e}."
-        for c in drawn
-    )
-
-
 def tables(record: Record) -> tuple[tuple[str, Table], ...]:
     """Return titled tables of the topics that were measured."""
     of_topic = {
-        "cost": (
-            ("Stages, memory and error of each side of every size of world", _size_table),
-            ("A frame of meadow, stage by stage", _stage_table),
-        ),
+        "cost": (("Stages, memory and error of each side of every size of world", _size_table),),
         "speed": (("Compiled walks on one core", speed_table),),
         "start": (("Commands from the shell", start_table),),
         "settings": (("Ways to sample, noise × time of the one in use", settings_table),),
@@ -436,26 +419,6 @@ def _size_table(points: Sequence[Point]) -> Table:
         side = "pruned" if pruned else "unpruned"
         rows.append((case["kind"], f"{case['objects']:g}", side, *times, held, error))
     return (*heads, "memory (MB)", "FLIP without noise"), rows
-
-
-def _stage_table(points: Sequence[Point]) -> Table:
-    """Show median, least and most of everything timed in a frame, and the memory held."""
-    frames, processes = (where(points, what=what)[0] for what in ("frames", "processes"))
-    whole = float(np.median(frame_us(frames)))
-    first = processes.values("first_trace") - float(np.median(stage_us(frames, "trace")))
-    names = {**STAGES, "metric": "the metric alone", "haze": "haze, in rendering"}
-    timed = [(name, stage_us(frames, stage)) for stage, name in names.items()]
-    timed.append(("set-up of hierarchies", processes.values("world")))
-    timed.append(("compiling, in the first render", first))
-    rows: list[tuple[str, ...]] = []
-    for name, us in timed:
-        middle = float(np.median(us))
-        share = f"{100 * middle / whole:.2g} %" if len(us) == len(frame_us(frames)) else ""
-        rows.append((name, *(f"{v / 1e6:.4g} s" for v in (middle, us.min(), us.max())), share))
-    for key, after in (("world", "set-up"), ("shoot", "pruning and posing"), ("render", "a frame")):
-        held = f"{np.median(processes.values(f'{key}_bytes')) / 1e6:.0f} MB"
-        rows.append((f"most memory held after {after}", held, "", "", ""))
-    return ("what", "median", "least", "most", "share of a frame"), rows
 
 
 FIRST_FRAME = "--size", "640x360", "--spp", "16"

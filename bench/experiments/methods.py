@@ -30,7 +30,6 @@ from bench.experiment import Experiment, Table, Topic
 from bench.frame_costs import Picture
 from bench.images.compare import (
     BAND_EDGES_M,
-    PAIR_BANDS,
     Reference,
     mean_flip,
     pair_band_name,
@@ -42,13 +41,11 @@ from bench.methods.catalogue import CLIPPED, methods
 from bench.methods.comparison import (
     AtEqualError,
     at_equal_error,
-    at_equal_time,
     beside_best_baseline,
     excess,
     frame_seconds,
     is_measured,
     judged_error,
-    least_covered,
     megabytes,
     optional,
 )
@@ -391,12 +388,11 @@ def _summary_table(record: Record) -> Table:
 
 
 def tables(record: Record) -> tuple[tuple[str, Table], ...]:
-    """Return titled tables of who is ahead, methods, stages, faithfulness, the walk, and Cycles."""
+    """Return titled tables of who is ahead, methods, stages, the walk, and Cycles."""
     return (
         ("The metric beside the unpruned reference and the best baseline", _summary_table(record)),
         ("Each method at equal error", _methods_table(record)),
         ("What pruning helps, and what it does not", _stage_table(record)),
-        ("Luminance, cover and noise at the last setting within equal error", _tone_table(record)),
         ("A walk: motion beside the reference's", _walk_table(record)),
         ("The same cut in Cycles", _cycles_table(record)),
     )
@@ -408,17 +404,11 @@ def _worlds(record: Record) -> list[tuple[str, list[Point]]]:
 
 
 def _methods_table(record: Record) -> Table:
-    heads = "world", "method", "seconds at equal error", "MB", "excess FLIP in the time of blake"
     rows: list[tuple[str, ...]] = []
     for world, points in _worlds(record):
-        found, in_time = at_equal_error(points), at_equal_time(points)
-        for (method,) in grouped(points, "arm"):
-            told = (
-                f"{each:.4f}" if math.isfinite(each) else "takes longer"
-                for each in in_time.get(method, [])
-            )
-            rows.append((world, method, *_cost(found, points, method), ", ".join(told)))
-    return heads, rows
+        found = at_equal_error(points)
+        rows += [(world, m, *_cost(found, points, m)) for (m,) in grouped(points, "arm")]
+    return ("world", "method", "seconds at equal error", "MB"), rows
 
 
 def _cost(
@@ -472,36 +462,6 @@ def _stage_table(record: Record) -> Table:
             means = (format(row.mean(), form) for row in (mine, reference))
             rows.append((world, name, *means, ratio))
     return heads, rows
-
-
-def _tone_table(record: Record) -> Table:
-    light = [f"luminance {band}" for band in PAIR_BANDS[:-1]]
-    heads = "world", "method", "setting", "excess FLIP", "relMSE", *light, "least cover", "variance"
-    rows: list[tuple[str, ...]] = []
-    for world, points in _worlds(record):
-        for (method,), mine in grouped(filter(is_measured, points), "arm").items():
-            near = _nearest(mine, method)
-            rows.append(
-                (
-                    *(world, method),
-                    ", ".join(sorted({f"{p.case['setting']:g}" for p in near})),
-                    _mean(map(excess, near), ".4f"),
-                    _mean((optional(p, "relmse_bias").mean() for p in near), ".4f"),
-                    *(_mean((_tone(p, band) for p in near), ".3f") for band in PAIR_BANDS[:-1]),
-                    f"{min(map(least_covered, near)):.2f}" if near else "",
-                    _mean((optional(p, "noise").mean() for p in near), ".3f"),
-                )
-            )
-    return heads, rows
-
-
-def _tone(point: Point, band: str) -> float:
-    """Return luminance ÷ the reference's in a band; 1 where the reference has nothing there."""
-    tested, reference = (
-        float(point.values("luminance", picture=picture, band=band).mean())
-        for picture in ("tested", "reference")
-    )
-    return tested / reference if reference else 1.0
 
 
 def _walk_table(record: Record) -> Table:

@@ -15,12 +15,12 @@ from typing import Any
 
 import numpy as np
 
-from bench.acting import FPS, KINDS, Clearance, Feet, Meetings, Updating, Waiting
-from bench.experiment import Experiment, Table, Topic
+from bench.acting import FPS, Clearance, Feet, Meetings, Updating, Waiting
+from bench.experiment import Experiment, Topic
 from bench.images.compare import PIXELS_PER_DEGREE
 from bench.plots import Curve, Plot, curves
-from bench.records.claims import Bound, Claim, at_least, at_most, claim, equals
-from bench.records.records import Column, Key, Point, Record, columns, grouped, where
+from bench.records.claims import Bound, Claim, at_least, at_most, claim
+from bench.records.records import Column, Key, Point, Record, columns, where
 from bench.statistics.estimates import (
     Estimate,
     exactly,
@@ -40,6 +40,7 @@ from lod.update_schedule import (
     replay_frames,
     threshold_rule,
 )
+from scenes.actors.behaviours import BODY_M
 from scenes.frame.frame_input import DisplayedRepresentation, display
 from scenes.presets.load import load_preset
 from scenes.render.render import render_frame
@@ -266,13 +267,11 @@ def claims(points: tuple[Point, ...]) -> tuple[Claim, ...]:
         made += _waiting_claims(point)
     for point in (*where(points, what="clearance"), *where(points, what="meetings")):
         case = point.case
-        overlapping = sum(point.column("overlapping"))
-        told = {"scene": case.get("preset", "people in a square")}
-        if "seconds" in case:
-            told |= {"seconds": case["seconds"]}
-        frames = len(point.column("overlapping"))
-        estimand, found = "frames in which two actors overlap", exactly(overlapping, frames)
-        made.append(claim(estimand, equals(0), told, found, unit="exact", source=_DERIVED))
+        told = {"scene": case.get("preset", "people in a square"), "seconds": case["seconds"]}
+        nearest = point.column("nearest_mm")
+        found = exactly(min(nearest) / 1000, len(nearest))
+        estimand, apart = "least distance of two actors [m]", at_least(2 * BODY_M)
+        made.append(claim(estimand, apart, told, found, unit="exact", source=_DERIVED))
     return tuple(made)
 
 
@@ -336,7 +335,7 @@ def _waiting_claims(point: Point) -> list[Claim]:
     return made
 
 
-# Plots and tables.
+# Plots.
 
 FINEST_CPD = PIXELS_PER_DEGREE / 2
 """The finest frequency that a display of so many pixels a degree can show."""
@@ -376,108 +375,6 @@ def plots(record: Record) -> tuple[Plot, ...]:
     return (curves("updates", "When parts are drawn again", caption, axis, drawn),)
 
 
-def tables(record: Record) -> tuple[tuple[str, Table], ...]:
-    """Return titled tables of what was measured."""
-    kinds = {what: points for (what,), points in grouped(record.points, "what").items()}
-    titled = {
-        "schedule": ("Every camera by every rule", _schedule_table),
-        "waiting": ("Who may wait", _waiting_table),
-        "updating": ("An update of an actor [µs], by who works", _updating_table),
-        "clearance": ("Who meets: people in a square", _clearance_table),
-        "meetings": ("Who meets: actors of a preset", _meetings_table),
-        "feet": ("Feet that stand", _feet_table),
-    }
-    return tuple(
-        (title, table(kinds[what])) for what, (title, table) in titled.items() if what in kinds
-    )
-
-
-def _schedule_table(points: Sequence[Point]) -> Table:
-    heads = "camera", "rule", "parts", "drawn again (95 %)", "farthest off (px)"
-    rows: list[tuple[str, ...]] = []
-    for point in points:
-        parts = f"{sum(point.column('parts')):,}"
-        for rule in (*(f"{t:g} px" for t in THRESHOLDS), "budget"):
-            found, off = f"{redrawn(point, rule):.3f}", f"{off_px(point, rule):.3f}"
-            rows.append((point.case["move"], rule, parts, found, off))
-    return heads, rows
-
-
-def _waiting_table(points: Sequence[Point]) -> Table:
-    who = "actors", "a m²", "waving", "questions more", "threshold px"
-    px = "at once p99.9", "most px", "in time p99.9", "most px"
-    rows: list[tuple[str, ...]] = []
-    for point in points:
-        case = point.case
-        every, some = (point.values("cpu_us", way=way).sum() / 1e6 for way in ("all", "scheduled"))
-        parts = [point.values("displayed", way=way).sum() for way in ("all", "scheduled")]
-        off = (
-            point.column("off_mpx", error=error, statistic=statistic)[0] / 1000
-            for error in ("at once", "in time")
-            for statistic in ("p99.9", "most")
-        )
-        rows.append(
-            (
-                *(f"{case['actors']:,}", f"{case['density']:g}"),
-                *("yes" if case["waving"] else "no", str(case["questions"])),
-                f"{case['threshold']:g}",
-                *(f"{every:.1f}", f"{some:.1f}", f"{every / some:.2f}"),
-                f"{point.column('updated')[0] / point.column('acted')[0]:.3f}",
-                *(f"{each:.3f}" for each in off),
-                f"{parts[1] / max(parts[0], 1):.4f}",
-            )
-        )
-    return (*who, "s, all", "s, some", "all ÷ some", "updated", *px, "parts"), rows
-
-
-def _updating_table(points: Sequence[Point]) -> Table:
-    kinds = (*KINDS, "else")
-    rows: list[tuple[str, ...]] = []
-    for point in points:
-        split = [point.column("ns", kind=kind)[0] / 1e3 for kind in kinds]
-        who = point.case["who"], str(point.case["actors"]), f"{point.case['side_m']:.0f} m"
-        pruned = f"{point.column('prune_ns')[0] / 1e3:.1f}"
-        rows.append((*who, f"{sum(split):.0f}", *(f"{us:.0f}" for us in split), pruned))
-    return ("who", "actors", "in a square of", "an update", *kinds, "pruner, a frame"), rows
-
-
-def _clearance_table(points: Sequence[Point]) -> Table:
-    heads = "people", "side", "seconds", "nearest (m)", "frames that overlap"
-    rows: list[tuple[str, ...]] = [
-        (
-            *(str(p.case["people"]), f"{p.case['side_m']:g} m", f"{p.case['seconds']:g}"),
-            f"{min(p.column('nearest_mm')) / 1e3:.3f}",
-            f"{sum(p.column('overlapping'))} of {len(p.column('overlapping')):,}",
-        )
-        for p in points
-    ]
-    return heads, rows
-
-
-def _meetings_table(points: Sequence[Point]) -> Table:
-    heads = "preset", "actors", "updated in a frame", "who", "nearest (m)", "frames that overlap"
-    rows: list[tuple[str, ...]] = []
-    for point in points:
-        updated = point.column("updated")[0] / point.column("acted")[0]
-        overlap = f"{sum(point.column('overlapping'))} of {len(point.column('overlapping')):,}"
-        what = point.case["preset"], str(point.case["actors"]), f"{100 * updated:.1f} %"
-        for each in point.samples:
-            if each.quantity == "nearest_mm":
-                near = f"{min(each.values) / 1e3:.3f}"
-                rows.append((*what, str(each.keys["pair"]), near, overlap))
-    return heads, rows
-
-
-def _feet_table(points: Sequence[Point]) -> Table:
-    heads = "whose", "seconds", "slide in a frame (mm)", "worst 1 % (mm)", "sink at most (mm)"
-    rows: list[tuple[str, ...]] = []
-    for point in points:
-        slides = (point.column("slide_um", statistic=name)[0] for name in ("mean", "p99"))
-        found = (f"{um / 1e3:.1f}" for um in (*slides, point.column("sink_um")[0]))
-        rows.append((point.case["whose"], f"{point.case['seconds']:g}", *found))
-    return heads, rows
-
-
 EXPERIMENT = Experiment(
     name="scheduling",
     question="How many parts of what moves need drawing again in a frame?",
@@ -515,7 +412,6 @@ EXPERIMENT = Experiment(
     measure=measure,
     claims=claims,
     plots=plots,
-    tables=tables,
     rendered=True,
     caveats=(
         "A crowd among trees in wind of 6 m/s, 320 pixels wide, 24 frames a second: shares grow "

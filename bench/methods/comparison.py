@@ -74,27 +74,6 @@ def _between(two: Sequence[Point], quantity: Callable[[Point], float]) -> float:
     return math.exp((1 - share) * math.log(value) + share * math.log(quantity(two[1])))
 
 
-def at_equal_time(points: Sequence[Point]) -> dict[str, list[float]]:
-    """Find every method's excess FLIP in the time that the metric takes at equal error, by field.
-
-    It is NaN where the metric itself is never within the error, and where every timed setting of
-    the method takes longer. Where every one takes less time it is that of the slowest.
-    """
-    rows = _rows(points)
-    fields = [field for method, field in rows if method == "blake"]
-    ours = dict(zip(fields, at_equal_error(points).get("blake", []), strict=True))
-    found: dict[str, list[float]] = {}
-    for (method, field), row in rows.items():
-        seconds = ours[field].seconds if field in ours else math.nan
-        timed = sorted((t, excess(p)) for p in row if math.isfinite(t := frame_seconds(p)))
-        error = math.nan
-        if timed and timed[0][0] <= seconds:
-            times, errors = np.log(np.maximum(np.array(timed).T, 1e-6))
-            error = math.exp(np.interp(math.log(seconds), times, errors))
-        found.setdefault(method, []).append(error)
-    return found
-
-
 def beside_best_baseline(
     found: dict[str, list[AtEqualError]], quantity: str
 ) -> tuple[str, np.ndarray] | None:

@@ -1,10 +1,6 @@
-"""What one representation displays in a frame, and how it looks at any time near the frame's.
+"""What one frame is rendered from: what is displayed, the light, and how it is sampled.
 
-The window of a picture that is rendered: a crop, or the whole.
-
-How a frame is sampled: variant, samples, seed, depth of paths and kind of haze.
-
-What one frame is rendered from, passed whole to the renderer; nothing here knows it.
+It is passed whole to the renderer, of which nothing here knows.
 """
 
 import hashlib

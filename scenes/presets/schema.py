@@ -1,6 +1,4 @@
-"""What a preset says of the camera: where it is, where it looks, its lens, and how it moves.
-
-What a preset may say: a frozen table per subject, keys with unit, range and default.
+"""What a preset may say: a frozen table per subject, keys with unit, range and default.
 
 The tables of what stands in the scene are in ``scenes.presets.things``.
 """

@@ -176,11 +176,13 @@ def assemble_prototype(
     np.maximum.at(R, owner, _extent((inner, leaf), meshes, part, origin[owner]))
     B = bounds_of_all_below(parent, own, separation)
     lengths = max_over_tied(P, tied), max_over_tied(R, tied), B, separation
-    contrast = part_contrast(parent, leaf, tints)[tied]
-    hierarchy = Hierarchy(parent, places.level, origin, *lengths, contrast)
+    hierarchy = Hierarchy(parent, places.level, origin, *lengths)
     if places.overlap is not None:
         hierarchy = replace(hierarchy, overlap=places.overlap)
-    return Prototype(name, hierarchy, inner, leaf, tints, view_dependence, meshes)
+    # Prototype refuses what is bad, of which no contrast could be computed.
+    prototype = Prototype(name, hierarchy, inner, leaf, tints, view_dependence, meshes)
+    contrast = part_contrast(parent, leaf, tints)[tied]
+    return replace(prototype, hierarchy=replace(hierarchy, contrast=contrast))
 
 
 def bounds_of_all_below(parent: Ints, extent: Reals, separation: Reals) -> Reals:

@@ -196,7 +196,7 @@ def test_figures_and_tables_tell_the_record():
     for _, (heads, rows) in tables(record):
         assert rows and {len(row) for row in rows} == {len(heads)}
     drawn = plots(record)
-    assert all(len(plot.alt) > 80 and plot.drawn for plot in drawn) and len(drawn) == 4
+    assert all(len(plot.alt) > 80 and plot.drawn for plot in drawn) and len(drawn) == 3
 
 
 def test_every_stage_of_a_real_frame_is_timed():

@@ -3,7 +3,6 @@
 Programs of others: what they are given, and that an environment is complete or is not there.
 """
 
-import math
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -29,7 +28,6 @@ from bench.methods import environments
 from bench.methods.catalogue import culled_beyond, methods
 from bench.methods.comparison import (
     at_equal_error,
-    at_equal_time,
     beside_best_baseline,
     judged_error,
 )
@@ -81,17 +79,6 @@ def test_time_at_equal_error_is_read_between_settings():
     half = [point("blake", 1.0, EQUAL_ERROR / 4, 8.0), point("blake", 2.0, 4 * EQUAL_ERROR, 2.0)]
     assert at_equal_error(half)["blake"][0].seconds == pytest.approx(4.0)
     assert at_equal_error(rows("blake", (8.0, 4.0, 2.0)))["blake"][0].seconds == pytest.approx(4.0)
-
-
-def test_error_at_equal_time_is_read_between_settings():
-    """The metric takes 4 s at equal error; another is slower, faster, or between two settings."""
-    ours = rows("blake", (8.0, 4.0, 2.0))
-    between = [point("between", 1.0, 0.001, 16.0), point("between", 2.0, 0.004, 1.0)]
-    slower, faster = point("slower", 1.0, 0.001, 5.0), point("faster", 1.0, 0.03, 0.5)
-    found = at_equal_time([*ours, *between, slower, faster])
-    assert found["blake"] == [pytest.approx(EQUAL_ERROR)]
-    assert found["between"] == [pytest.approx(0.002)]
-    assert math.isnan(found["slower"][0]) and found["faster"] == [pytest.approx(0.03)]
 
 
 def test_a_cheat_never_reaches_equal_error():

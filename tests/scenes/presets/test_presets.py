@@ -1,13 +1,87 @@
-"""Presets say what they mean, or are refused by key, in one line with the nearest cure."""
+"""Presets say what they mean, are refused by key in one line, and read back as they are written."""
 
 import json
 from pathlib import Path
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from lod.errors import InputError
-from scenes.presets.load import Setting, load_preset, preset_from, preset_names
+from scenes.presets.keys import NAMED, key_entries, known_keys
+from scenes.presets.load import (
+    Setting,
+    load_preset,
+    preset_from,
+    preset_names,
+    preset_toml,
+    preset_values,
+)
 from scenes.presets.schema import Preset
+from scenes.presets.values import parse_height, parse_length, parse_size
+
+NAMES = [name for name, _ in preset_names()]
+
+
+def test_every_key_is_described_once() -> None:
+    names = [each.name for each in key_entries()]
+    assert names == known_keys(dict.fromkeys(NAMED, ("NAME",)))
+    assert len(set(names)) == len(names)
+    assert all(each.about for each in key_entries())
+
+
+def test_a_key_tells_its_type_unit_range_and_default() -> None:
+    entries = {each.name: each for each in key_entries()}
+    fov, mist = entries["camera.fov"], entries["air.mist_scale"]
+    assert (fov.kind, fov.unit, fov.default) == ("number", "degrees", 60.0)
+    assert fov.range == "above 0 and below 180"
+    assert (mist.kind, mist.default, mist.required) == ("length", 50.0, False)
+    assert entries["species.NAME.density"].required
+    assert entries["render.haze"].kind == '"analytic" or "scattered" or "medium"'
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_preset_written_as_toml_is_the_same_preset(name: str, tmp_path: Path) -> None:
+    preset, path = load_preset(name), tmp_path / "again.toml"
+    path.write_text(preset_toml(preset), encoding="utf-8")
+    assert load_preset(str(path)) == preset
+
+
+@given(
+    text=st.text(st.characters(codec="utf-8"), max_size=40),
+    height=st.floats(1e-6, 1e6),
+    visibility=st.none() | st.floats(1, 330e3),
+    cell=st.integers(-(2**55), 2**55),
+    sizes=st.lists(st.floats(1e-3, 1e3), min_size=1, max_size=4),
+)
+def test_any_values_survive_the_way_through_toml(
+    tmp_path_factory: pytest.TempPathFactory,
+    text: str,
+    height: float,
+    visibility: float | None,
+    cell: int,
+    sizes: list[float],
+) -> None:
+    meadow = load_preset("meadow")
+    tree = meadow.species["tree"].model_copy(update={"sizes": tuple(sizes)})
+    camera = meadow.camera.model_copy(update={"height": height, "cell": (cell, -cell)})
+    changed = {
+        "about": text,
+        "camera": camera,
+        "air": meadow.air.model_copy(update={"visibility": visibility}),
+        "species": {"tree": tree},
+    }
+    preset = meadow.model_copy(update=changed)
+    path = tmp_path_factory.mktemp("toml") / "any.toml"
+    path.write_text(preset_toml(preset), encoding="utf-8")
+    assert load_preset(str(path)) == preset
+
+
+def test_values_are_given_by_dotted_key() -> None:
+    values = preset_values(load_preset("fly_in"))
+    assert values["view.detail"] == 60.0
+    assert values["camera.keys.frame"] == [1, 24, 48]
+    assert values["eye.efficiency"] is None
 
 
 def refusal(name: str, *overrides: str) -> str:
@@ -208,3 +282,79 @@ def test_names_and_paths_that_lead_nowhere(tmp_path: Path) -> None:
 def test_an_error_blames_the_flag_that_set_the_key() -> None:
     with pytest.raises(InputError, match=r"^--spp: 0: at least 1"):
         load_preset("meadow", [Setting("--spp", "render.spp", 0)])
+
+
+@pytest.mark.parametrize(
+    ("text", "metres"),
+    [("20km", 20_000.0), ("500 m", 500.0), (" 1.5km ", 1500.0), (".5m", 0.5), ("1e3km", 1e6)],
+)
+def test_a_length_is_in_metres(text: str, metres: float) -> None:
+    assert parse_length(text) == metres
+
+
+@pytest.mark.parametrize(("text", "metres"), [("-3m", -3.0), ("0m", 0.0), ("1.2km", 1200.0)])
+def test_a_height_may_be_below(text: str, metres: float) -> None:
+    assert parse_height(text) == metres
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "20",
+        20,
+        20.0,
+        "km",
+        "",
+        "-3km",
+        "0m",
+        "3 miles",
+        "3KM",
+        "1e400km",
+        "nan m",
+        "inf km",
+        "1 2m",
+        "١km",
+        None,
+        "3km 4m",
+        "--3km",
+    ],
+)
+def test_what_is_no_length_is_refused_with_the_units(text: object) -> None:
+    with pytest.raises(InputError, match="km") as caught:
+        parse_length(text, "--visibility")
+    assert caught.value.where == "--visibility"
+    assert caught.value.arrived == text
+
+
+@pytest.mark.parametrize("text", ["0", "0km", "-3", "-0.0 m"])
+def test_what_is_not_above_0_is_not_cured_by_a_unit(text: str) -> None:
+    with pytest.raises(InputError, match=r"above 0.*20km"):
+        parse_length(text, "--visibility")
+
+
+@pytest.mark.parametrize(
+    ("text", "size"), [("640x360", (640, 360)), (" 1 x 1 ", (1, 1)), ("16384x2", (16384, 2))]
+)
+def test_a_size_is_width_and_height(text: str, size: tuple[int, int]) -> None:
+    assert parse_size(text) == size
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "0x0",
+        "0x5",
+        "5x0",
+        "640",
+        "640x",
+        "x360",
+        "-1x3",
+        "1.5x2",
+        "16385x1",
+        "1x1x1",
+        "9" * 5000 + "x1",
+    ],
+)
+def test_what_is_no_size_is_refused(text: str) -> None:
+    with pytest.raises(InputError, match="640x360"):
+        parse_size(text, "--size")
