@@ -23,7 +23,7 @@ INSTEAD = {
     r"\bnothing fitted\b": "no free parameters",
     r"\bhardly ever\b|\bnext to nothing\b": "a percentile or a bound",
     r"\bseen once\b": "unrecorded observation",
-    r"\bstands? apart\b": "not in `run all`",
+    r"\bstands? apart from\b": "not in `run all`",
     r"\bmade anew\b|\bwrit(e|ten) anew\b|\bdrawn anew\b": "rebuilt, rewritten, redrawn",
     r"\bdear to make\b": "expensive",
     r"\bstrangers?'?\b|\bStrangersError\b": "other packages' code, PluginError",
