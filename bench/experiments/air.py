@@ -16,7 +16,7 @@ import numpy as np
 from bench.experiment import Experiment, Topic
 from bench.haze_targets import DISTANCES, extinction_seen, look_at, order, visibility_seen
 from bench.plots import Curve, Plot, curves
-from bench.records.claims import Claim, at_most, claim, within
+from bench.records.claims import Claim, Kind, at_most, claim, within
 from bench.records.provenance import scene_digest
 from bench.records.records import Column, Point, Record, columns, grouped, where
 from bench.statistics.estimates import Estimate, two_sided_mean
@@ -182,7 +182,7 @@ def _of_way(
     way: str, estimand: str, condition: dict[str, str], share: Estimate, unit: str
 ) -> Claim:
     """Claim a ratio of one way to render haze; the closed form can only give back its own β."""
-    kind = "measurement" if way == "medium" else "verification"
+    kind: Kind = "measurement" if way == "medium" else "verification"
     bound, of = within(1, TOLERANCE[way]), {"haze": way, **condition}
     return claim(estimand, bound, of, share, unit=unit, source=_SOURCE, kind=kind)
 

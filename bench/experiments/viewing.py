@@ -15,7 +15,7 @@ then both.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
@@ -247,7 +247,7 @@ def measure(case: Case, seed: int) -> Point | list[Point]:
     """Count the parts of fields, or measure how far apart pictures are."""
     if isinstance(case, LensParts):
         return measure_lens_parts(case)
-    functions = {
+    functions: dict[type, Callable[[Any, int], Point | list[Point]]] = {
         HazeCase: _measure_haze,
         EyeCase: _measure_eye,
         Field: measure_field,
