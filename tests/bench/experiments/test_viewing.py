@@ -40,7 +40,7 @@ def measured(cases, seed=5):
 def haze():
     seen = (500.0, 2e3, 5e4)
     return measured(
-        [HazeCase("figure", "nobody", 640, 4, seen), HazeCase("tree", "eye", 1280, 4, seen)]
+        [HazeCase("figure", "nobody", 640, 4, seen), HazeCase("tree", "eye", 640, 4, seen)]
     )
 
 
