@@ -23,7 +23,7 @@ from lod.pruner import prune
 from scenes.frame.frame_input import display
 from scenes.presets.load import load_preset, preset_from
 from scenes.presets.schema import Preset
-from scenes.processes.memory import memory_limit, peak_rss_bytes
+from scenes.processes.memory_limit import memory_limit, peak_rss_bytes
 from scenes.render.memory import forecast, frame_bytes, preflight
 from scenes.scene import Scene, view_at
 from scenes.world.world import build_world

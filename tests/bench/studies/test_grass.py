@@ -15,7 +15,7 @@ from bench.studies.grass import frames, study
 from bench.studies.grass.counts import DENSITIES, grass_alone, measure, measure_apart
 from bench.studies.grass.edge import EDGES_M, Outlook, edge_figures
 from bench.studies.grass.frames import WARM, WITH, WITHOUT, frame_figures, turns_of_frames
-from scenes.processes.memory import VARIABLE
+from scenes.processes.memory_limit import VARIABLE
 from scenes.render.variants import choose
 
 SMALL = ("render.size=64x36",)
