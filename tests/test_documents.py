@@ -83,7 +83,7 @@ def test_pages_are_short() -> None:
         "actors.md": 140,
         "appearance.md": 120,
         "presets.md": 75,
-        "rivals.md": 70,
+        "methods.md": 70,
         "questions.md": 80,
         "promises.md": 100,
         "framing.md": 80,
