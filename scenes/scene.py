@@ -288,7 +288,7 @@ def is_scheduled(displayed: DisplayedRepresentation, later_s: float) -> bool:
 
 
 def update_counts(drawn: Sequence[DrawnState]) -> dict[str, int]:
-    """Count the parts that could move and those drawn anew; nothing where there is no schedule.
+    """Count the parts that could move and those redrawn; nothing where there is no schedule.
 
     ``farthest_off_mpx`` is the largest error of those that stay as they were drawn [px/1000].
     """

@@ -213,7 +213,7 @@ def covered(tested: Sequence[Layers], reference: Sequence[Layers]) -> list[Colum
     """Count the pixels that things cover in every picture, by bands of what they show.
 
     A pixel counts where its first sample meets something that is not level ground, whose normal
-    is straight up; a stick's hardly ever is. Pictures of one seed have the same samples.
+    is straight up; a stick's is so with probability 0. Pictures of one seed have the same samples.
     """
     made = []
     for low, high in zip(BAND_EDGES_M, (*BAND_EDGES_M[1:], float(SKY_Z)), strict=True):

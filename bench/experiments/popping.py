@@ -242,7 +242,7 @@ def cases(topic: str, sizes: Mapping[str, Any]) -> list[Case]:
 
 
 def measure(case: Case, seed: int) -> Point:
-    """Count switches, or the parts that pop, and measure changes that motion does not explain."""
+    """Count switches, or the parts that pop, and measure motion-compensated residuals."""
     if isinstance(case, Switches):
         return _measure_switches(case, seed)
     if isinstance(case, Walks):

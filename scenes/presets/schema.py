@@ -220,7 +220,7 @@ class ViewPreset(Table):
     ] = "shutter"
     update_threshold: Annotated[
         float,
-        key("parts that moved by less are not drawn anew [px]; 0 = all are", least=0, most=64),
+        key("parts that moved by less are not redrawn [px]; 0 = all are", least=0, most=64),
     ] = 0.0
     fade: Annotated[
         float,

@@ -15,9 +15,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from bench.studies.grass.frames import PRESET
 
 from bench.frame_counts import count
-from bench.studies.grass.frames import PRESET
 from lod.errors import InputError
 from lod.pruner import prune
 from scenes.frame.frame_input import display

@@ -1,6 +1,9 @@
-"""A record is marked where newer sources change its probe, and nowhere else."""
+"""What a report says of records, and which it marks as of older code."""
 
 import base64
+import csv
+import json
+import re
 import zlib
 from dataclasses import replace
 from pathlib import Path
@@ -12,11 +15,12 @@ from bench.experiment import experiments, silent
 from bench.records.probe import NOTE, SOURCES, has_changed, take_probe
 from bench.records.records import read_records, write_record
 from bench.report import write as rule
+from bench.report.document import Section
 from bench.report.write import CHANGED, NO_PROBE, OTHER_VERSION, stale, write_report
 from bench.runs import RunRequest, journal, run_request, serial_executor, sources
+from lod.errors import InputError
 
 EXPERIMENTS = experiments()
-
 
 RESULTS = Path(__file__).parents[3] / "results"
 MARK = "of older code"
@@ -58,18 +62,47 @@ def test_the_report_marks_it(record, tmp_path):
 
 
 def _origin(record):
-    from bench.report.document import Section
-
     noted = replace(record, notes={NOTE: probe(), SOURCES: "x"})
     return Section(noted, "", (), (), ((), [])).origin.rows
 
 
+def test_an_older_version_is_shown_as_it_was_judged(record, tmp_path):
+    older = replace(record, version=0, claims=record.claims[:1])
+    write_record(older, tmp_path)
+    _, markdown = write_report(tmp_path)
+    text = markdown.read_text()
+    assert OTHER_VERSION in text and record.claims[0].name in text
+    assert record.claims[1].name not in text
+
+
+def test_what_is_no_report_is_not_replaced(record, tmp_path):
+    write_record(record, tmp_path)
+    (tmp_path / "report.html").write_text("mine")
+    with pytest.raises(InputError, match=r"report\.html"):
+        write_report(tmp_path)
+    assert (tmp_path / "report.html").read_text() == "mine"
+    write_report(tmp_path, overwrite=True)
+    write_report(tmp_path)
+    with pytest.raises(InputError, match="at least one record"):
+        write_report(tmp_path / "empty")
+
+
+def test_pages_and_numbers_say_the_same(folder, record):
+    (run,) = json.loads((folder / "claims.json").read_text())
+    rows = list(csv.DictReader((folder / "claims.csv").open()))
+    text = (folder / "report.md").read_text()
+    assert [c["name"] for c in run["claims"]] == [r["name"] for r in rows]
+    for claim in record.claims:
+        assert f"| {claim.name} |" in text and claim.measured_text in text
+        assert (claim.sentence in {r["sentence"] for r in rows}) and str(claim.bound) in text
+    for plot in re.findall(r"\]\((plots/[^)]+)\)", text):
+        assert (folder / plot).read_text().startswith("<svg")
+
+
 @pytest.mark.slow
 def test_a_run_keeps_a_probe_that_is_the_same_again(tmp_path, monkeypatch):
-    quick = replace(EXPERIMENTS["scaling"], cases=lambda effort, metric: [])
-    quick = replace(quick, judge=lambda points: (), scene_hash=lambda points: "")
-    quick = replace(quick, notes=lambda *of: {})
-    asked = RunRequest("scaling", True, 0)
+    quick = replace(EXPERIMENTS["law"], cases=lambda *of: [])
+    asked = RunRequest("law", ("scaling",), quick=True)
     _, record = run_request(quick, asked, journal(tmp_path), serial_executor, silent)
     found = record.notes[NOTE]
     take_probe.cache_clear()
