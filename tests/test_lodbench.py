@@ -65,7 +65,8 @@ def test_what_cannot_be_is_one_error_that_names_the_key() -> None:
 
 def test_every_name_is_there_and_none_brings_the_renderer() -> None:
     code = (
-        "import sys, lodbench; heavy = {'mitsuba', 'drjit', 'OpenEXR', 'matplotlib', 'numba.core', 'statsmodels'}; "
+        "import sys, lodbench; "
+        "heavy = {'mitsuba', 'drjit', 'OpenEXR', 'matplotlib', 'numba.core', 'statsmodels'}; "
         "print(*sorted(heavy & set(sys.modules))); "
         "assert all(hasattr(lodbench, n) for n in lodbench.__all__)"
     )
