@@ -115,7 +115,7 @@ def picture_path(section: Section, pictures: Pictures, number: int) -> str:
     return f"{PLOTS}/{section.anchor}-{pictures.name}-{number}.webp"
 
 
-def _pieces(section: Section | None, block: Block, level: str = "###") -> Iterator[str]:
+def _pieces(section: Any, block: Block, level: str = "###") -> Iterator[str]:
     match block:
         case TextBlock(text):
             yield text
