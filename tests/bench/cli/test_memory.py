@@ -176,11 +176,11 @@ def test_usual_casts_fit(run: Run) -> None:
     "words",
     [
         ("run", "spectrum", "--quick", "-o", "out", "--max-memory", "200MB"),
-        ("study", "--max-memory", "200MB", "render_settings", "zoo", "--size", "16x9"),
+        ("run", "settings", "--quick", "-o", "out", "--max-memory", "200MB"),
     ],
     ids=" ".join,
 )
-def test_experiments_and_studies_estimate_each_picture(
+def test_experiments_estimate_each_picture(
     run: Run, monkeypatch: pytest.MonkeyPatch, words: tuple[str, ...]
 ) -> None:
     monkeypatch.setenv("LODBENCH_MAX_MEMORY", "")
