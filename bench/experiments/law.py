@@ -275,7 +275,7 @@ def _is_claimed(sweep: str, point: Point) -> bool:
 
 def _beyond_claims(sweep: str, points: list[Point]) -> list[Claim]:
     """Claim the extended model of all cases, and the flat-ground model of both ends."""
-    made = []
+    made: list[tuple[str, dict[str, Any], Estimate, str, bool]] = []
     scene = {"scene": BEYOND[sweep].title[:1].lower() + BEYOND[sweep].title[1:]}
     for what in ("objects", "parts"):
         found = rows(points, what).over_prediction()

@@ -7,6 +7,7 @@ macro for each kind of block. In Markdown, plots and pictures are files beside t
 
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup, escape

@@ -148,7 +148,7 @@ class JitArrays(NumpyArrays):
 
     select, exp, log, sqrt, floor = dr.select, dr.exp, dr.log, dr.sqrt, dr.floor
     minimum, maximum, clip, atan2, mulsign = dr.minimum, dr.maximum, dr.clip, dr.atan2, dr.mulsign
-    fma = dr.fma
+    fma: Any = staticmethod(dr.fma)
 
     @staticmethod
     def dot(direction: Any, vector: np.ndarray) -> Any:
