@@ -228,8 +228,10 @@ def cases(topic: str, sizes: Mapping[str, Any]) -> list[Case]:
         walks = sizes["walks"], sizes["unseen"], variant
         return [*switches, *(Walks(way, *walks) for way in WALK_WAYS)]
     if topic == "films":
-        ends = sizes["frames"]
-        return [Clip(name, way, *ends, variant) for name in sizes["clips"] for way in CLIP_WAYS]
+        first, last = sizes["frames"]
+        return [
+            Clip(name, way, first, last, variant) for name in sizes["clips"] for way in CLIP_WAYS
+        ]
     made: list[Case] = []
     for preset in sizes["presets"]:
         place = places(preset, 1, sizes["size"], first_seed(sizes["unseen"]))[0]
