@@ -23,7 +23,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
-from bench.records.records import Column, Point, columns
+from bench.records.records import Column, Key, Point, columns
 from lod.actors.message import ask
 from lod.arrays import Reals
 from lod.crossfade import blend_weights
@@ -204,7 +204,7 @@ class Waiting:
         for error, found in off.items():
             pooled = np.concatenate(found)
             for name, px in (("p99.9", np.quantile(pooled, 0.999)), ("most", pooled.max())):
-                keys = {"error": error, "statistic": name}
+                keys: dict[str, Key] = {"error": error, "statistic": name}
                 samples.append(Column("off_mpx", [math.ceil(1000 * float(px))], keys))
         case = asdict(self)
         del case["frames"]
@@ -371,7 +371,7 @@ class Meetings:
         counts = columns({"updated": [updates], "acted": [moving * self.frames]})
         every = Column("nearest_mm", nearest.pop("all"))
         pairs = (Column("nearest_mm", mm, {"pair": who}) for who, mm in sorted(nearest.items()))
-        case = {"topic": "acting", "what": "meetings", "preset": self.preset}
+        case: dict[str, Any] = {"topic": "acting", "what": "meetings", "preset": self.preset}
         case |= {"actors": len(roles), "seconds": self.frames / FPS}
         return [Point(case, samples=(*counts, every, *pairs))]
 

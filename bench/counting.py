@@ -442,8 +442,12 @@ def predict(case: Case) -> FieldMoments:
         np.mean([np.pi * chained_limits(e.hierarchy, view.metric, case.m)[0] ** 2 for e in kind])
         for kind in kinds
     ]
+    objects, objects_variance, parts, parts_variance = map(float, means)
     return FieldMoments(
-        *(float(value) for value in means),
+        objects,
+        objects_variance,
+        parts,
+        parts_variance,
         P_plus_R=float(np.mean([tree.P[0] + tree.R[0] for tree in trees])),
         nearest_limit=float(whole.min()),
         farthest_limit=float(whole.max()),

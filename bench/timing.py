@@ -28,7 +28,7 @@ from lod.arrays import Reals
 from lod.crossfade import blend_weights
 from lod.pruner import prune
 from lod.view import View
-from scenes.field.cells import cells_in_reach
+from scenes.field.cells import candidates, cells_in_reach
 from scenes.field.species_field import SpeciesField
 from scenes.field.traversal import node_limits, traverse
 from scenes.presets.load import load_preset
@@ -87,8 +87,8 @@ def _walks_over(field: SpeciesField, view: View, repeats: int) -> tuple[Column, 
     bounds, beyond = field.search_bounds(view), field.search_bounds(coarse)
 
     def turn_away() -> int:
-        cells = cells_in_reach(field.cells, view, bounds)
-        return int(field.cells.candidates(*cells, view, beyond)[1])
+        visited = cells_in_reach(field.cells, view, bounds)
+        return candidates(field.cells, view, beyond, visited)[1]
 
     tasks: dict[str, Callable[[], int]] = {
         "tests": lambda: traverse(poses, nodes, limits, instances, still, view).examined,

@@ -39,7 +39,7 @@ from scenes.presets.load import load_preset
 from scenes.presets.schema import Preset
 from scenes.processes.progress import steps, work
 from scenes.world.camera_path import camera_at, path_pose, placed_camera
-from scenes.world.light import Light, preset_air, sun_and_sky
+from scenes.world.sun_and_sky import Light, preset_air, sun_and_sky
 from scenes.world.world import World, build_world
 
 if TYPE_CHECKING:
@@ -288,7 +288,7 @@ def is_scheduled(displayed: DisplayedRepresentation, later_s: float) -> bool:
 
 
 def update_counts(drawn: Sequence[DrawnState]) -> dict[str, int]:
-    """Count the parts that could move and those drawn anew; nothing where there is no schedule.
+    """Count the parts that could move and those redrawn; nothing where there is no schedule.
 
     ``farthest_off_mpx`` is the largest error of those that stay as they were drawn [px/1000].
     """

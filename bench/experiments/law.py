@@ -277,7 +277,7 @@ def _is_claimed(sweep: str, point: Point) -> bool:
 
 def _beyond_claims(sweep: str, points: list[Point]) -> list[Claim]:
     """Claim the extended model of all cases, and the flat-ground model of both ends."""
-    made = []
+    made: list[tuple[str, dict[str, Any], Estimate, str, bool]] = []
     scene = {"scene": BEYOND[sweep].title[:1].lower() + BEYOND[sweep].title[1:]}
     for what in ("objects", "parts"):
         found = rows(points, what).over_prediction()
@@ -335,7 +335,9 @@ def _depth_claims(points: list[Point]) -> list[Claim]:
     near, far = pruned[-2:]  # the same fields in two windows, both larger than the limit
     sides = f"{far.case['extent']:g} m ÷ {near.case['extent']:g} m"
     same = two_sided_paired_ratio(all_pierced(far), all_pierced(near))
-    made = [(f"surfaces pierced, side of the world {sides}", 0.02, {}, same)]
+    made: list[tuple[str, float, dict[str, Any], Estimate]] = [
+        (f"surfaces pierced, side of the world {sides}", 0.02, {}, same)
+    ]
     for k in range(QUADRANTS):
         counts = QUADRANTS * far.values("pierced", quadrant=k)
         found = two_sided_paired_ratio(counts, all_pierced(far))

@@ -59,7 +59,7 @@ from bench.records.claims import Claim, at_most, claim
 from bench.records.records import Column, Point, Record, grouped, where
 from bench.statistics.estimates import two_sided_factor
 from scenes.frame.layers import SKY_Z, Layers
-from scenes.processes.memory import memory_limit
+from scenes.processes.memory_limit import memory_limit
 from scenes.render.memory import forecast, frame_bytes
 from scenes.render.pictures import auto_exposure, to_srgb
 from scenes.render.variants import choose
@@ -213,7 +213,7 @@ def covered(tested: Sequence[Layers], reference: Sequence[Layers]) -> list[Colum
     """Count the pixels that things cover in every picture, by bands of what they show.
 
     A pixel counts where its first sample meets something that is not level ground, whose normal
-    is straight up; a stick's hardly ever is. Pictures of one seed have the same samples.
+    is straight up; a stick's is so with probability 0. Pictures of one seed have the same samples.
     """
     made = []
     for low, high in zip(BAND_EDGES_M, (*BAND_EDGES_M[1:], float(SKY_Z)), strict=True):

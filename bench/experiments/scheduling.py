@@ -156,7 +156,7 @@ def measure(case: Case, seed: int) -> list[Point]:
 
 
 def counted(scene: Scene) -> tuple[Column, ...]:
-    """Count the parts that could move, those drawn anew, and the farthest that a part is off.
+    """Count the parts that could move, those redrawn, and the farthest that a part is off.
 
     The farthest is in px/1000, by every rule. Counts are also given by class of speed.
     """

@@ -42,7 +42,7 @@ Pictures = Sequence[np.ndarray]
 def measure_cycles(case: Window, seed: int) -> list[Point]:
     """Render one window in both renderers, unpruned and cut; needs the environment ``CYCLES``."""
     scene = case.scene(seed, "air.visibility=clear")
-    named = {"topic": "rivals", "part": "cycles", "kind": case.kind}
+    named: dict[str, Any] = {"topic": "rivals", "part": "cycles", "kind": case.kind}
     named |= {"objects": case.objects, "field": case.field}
     reference: dict[str, Pictures] = {}
     points = []

@@ -353,7 +353,7 @@ def record_schema() -> dict[str, Any]:
     """
     content = TypeAdapter(Record).json_schema()
     types = content.pop("$defs")
-    said = {key: {"type": "string"} for key in ("name", "sentence")}
+    said: dict[str, Any] = {key: {"type": "string"} for key in ("name", "sentence")}
     said |= {
         "predicted": {"type": "number"},
         "verdict": {"enum": sorted(set(JSON_VERDICT.values()))},

@@ -7,6 +7,7 @@ macro for each kind of block. In Markdown, plots and pictures are files beside t
 
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup, escape
@@ -115,7 +116,7 @@ def picture_path(section: Section, pictures: Pictures, number: int) -> str:
     return f"{PLOTS}/{section.anchor}-{pictures.name}-{number}.webp"
 
 
-def _pieces(section: Section | None, block: Block, level: str = "###") -> Iterator[str]:
+def _pieces(section: Any, block: Block, level: str = "###") -> Iterator[str]:
     match block:
         case TextBlock(text):
             yield text

@@ -18,7 +18,7 @@ from lod.pruner import BlendWeights, Cut, Moving, Parts, Representation
 from lod.shapes import Appearance, Sticks, SticksAndTriangles
 from lod.update_schedule import DrawnState, apply_state
 from lod.view import View
-from scenes.world.light import Light
+from scenes.world.sun_and_sky import Light
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,7 +174,7 @@ class Quality:
     max_depth  longest light path, in edges: 2 is direct light only
     haze       one of HAZES: how the air between is worked out
     sun_sampling  share of light samples for the sun against 1 for the sky; of those that were tried
-        12 has the least noise for the time (``lodbench study render_settings``)
+        12 has the least noise for the time (``lodbench run settings``)
     sampler    a Mitsuba sampler for JIT variants; of those that were tried none has less noise for
         the time than multijitter (the same study)
     coverage   whether it is counted which objects the samples of a pixel meet

@@ -18,7 +18,7 @@ import numpy as np
 from lod.camera import ThinLens
 from scenes.render.description import MEDIUM, Description
 from scenes.render.light import load_plugin, sun, surroundings, variant_bands
-from scenes.render.shapes import make_shape, stabilise_kernels
+from scenes.render.shapes import file_shape, make_shape, stabilise_kernels
 
 
 class PanoramaSensor:
@@ -122,19 +122,23 @@ def build_scene(description: Description) -> BuiltScene:
     shapes, ids, owners = (description.pop(name) for name in ("shapes", "ids", "owners"))
     moving = {name: shapes[name] for name in description["moves"]}
     medium, contents = None, {}
+    scalar = str(mi.variant()).startswith("scalar_")
+    lights = {"sky": surroundings(description["light"]), "sun": sun(description["light"])}
+    if box := description.get(MEDIUM):
+        medium = _medium(box)
+        contents[MEDIUM] = _box(box, medium)
     with tempfile.TemporaryDirectory() as folder:
         stub = Path(folder) / "stub.txt"
         stub.write_text("0 0 0 1\n0 0 1 1\n")
         left = stabilise_kernels(shapes)
         del shapes
         for name in list(left):
-            contents[name] = make_shape(name, left.pop(name), stub)
-    if box := description.get(MEDIUM):
-        medium = _medium(box)
-        contents[MEDIUM] = _box(box, medium)
-    lights = {"sky": surroundings(description["light"]), "sun": sun(description["light"])}
-    scene = load_plugin({"type": "scene", **lights, **contents})
-    names = _names(scene)
+            shape = left.pop(name)
+            contents[name] = (
+                file_shape(name, shape, Path(folder)) if scalar else make_shape(name, shape, stub)
+            )
+        scene = load_plugin({"type": "scene", **lights, **contents})
+    names = ("", *contents) if scalar else _names(scene)
     owned = tuple(owners.get(name, np.zeros(0, np.uint32)) for name in names)
     kept, integrators = {**description, "shapes": moving}, _integrators(description)
     _ALIVE.add(built := BuiltScene(scene, kept, integrators, names, ids, owned, medium))
@@ -147,13 +151,11 @@ def flush_memory() -> None:
 
 
 def _names(scene: Any) -> tuple[str, ...]:
-    """Names of the shapes by the numbers that hits have of them.
+    """Names of the shapes by the numbers that hits in a JIT variant have of them.
 
-    A JIT variant numbers all shapes that there are, those of other scenes as well.
+    It numbers all shapes that there are, those of other scenes as well.
     """
     names = [shape.id() for shape in scene.shapes()]
-    if str(mi.variant()).startswith("scalar_"):
-        return ("", *names)
     numbers = np.array(dr.reinterpret_array(mi.UInt32, scene.shapes_dr()))
     found = dict(zip(numbers.tolist(), names, strict=True))
     return tuple(found.get(number, "") for number in range(max(found) + 1))

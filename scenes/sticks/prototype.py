@@ -29,7 +29,7 @@ from dataclasses import dataclass, field, replace
 from itertools import product
 
 import numpy as np
-from jaxtyping import Float64
+from jaxtyping import Float64, Int64
 
 from lod.arrays import Flags, Ints, Points, Reals, freeze
 from lod.errors import InputError
@@ -193,7 +193,9 @@ def bounds_of_all_below(parent: Ints, extent: Reals, separation: Reals) -> Reals
     return B
 
 
-def box_middles(parent: Ints, owner: Ints, points: Points) -> Points:
+def box_middles(
+    parent: Ints, owner: Int64[np.ndarray, " k"], points: Float64[np.ndarray, "k 3"]
+) -> Points:
     """Find the middle of the box about the points of each part and of all below it, (n, 3) [m].
 
     owner (k,) part of each point (k, 3); parent (n,) as in Hierarchy

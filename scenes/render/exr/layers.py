@@ -1,4 +1,4 @@
-"""What a frame's header says of its own file, which thereby tells alone whether it is whole.
+"""What a frame's header says of its own file, by which one can tell alone whether it is whole.
 
 Mattes of objects and species by Cryptomatte's specification 1.2.0, ranked by coverage.
 

@@ -16,7 +16,6 @@ import pytest
 from bench.cli.commands import count
 from bench.cli.flags import frame_numbers, memory_limit_bytes
 from bench.cli.main import COMMANDS, main, program
-from bench.studies.registry import load_study, study_descriptions
 from lod.errors import InputError
 from scenes.files import DiskError, check_pattern, frame_path, make_folder
 
@@ -345,10 +344,10 @@ OF_OTHERS = {
 
 
 def flags() -> set[str]:
-    """Every flag of every command and study."""
+    """Every flag of every command."""
     context = click.Context(program)
     groups = [program.get_command(context, name) for name in COMMANDS]
-    commands = [program, *groups, *map(load_study, study_descriptions())]
+    commands = [program, *groups]
     commands += [each for g in groups if isinstance(g, click.Group) for each in g.commands.values()]
     options = [each for command in commands if command for each in command.params]
     found = {flag for each in options for flag in (*each.opts, *each.secondary_opts)}
