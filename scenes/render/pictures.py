@@ -1,22 +1,11 @@
-"""How scene light becomes a picture for people: exposure, a named tone curve, and sRGB.
+"""Pictures and films of frames for people: exposure, a named tone curve, sRGB, PNG and mp4.
 
-The encoding is colour-science's. Pictures are for looking at; measure the EXR.
-
-What previews show of a frame: its light, or the detail level of what each pixel meets.
-
-Colours of levels run from dark to light through viridis (Smith & van der Walt 2015), which the
-colour-blind read too, and are shaded a little by the normal, for the shape to show. Every level is
-that of one sample of the pixel. The legend below names those that are in the picture.
-
-PNG pictures of frames: one frame, or a sheet of a sequence with its frame numbers.
-
-A sequence as an mp4, where ffmpeg is there: that of imageio-ffmpeg, or one on the PATH.
-
-A denoised picture beside the raw one: for looking at, never to be measured.
-
-Open Image Denoise by way of ``mitsuba-oidn`` (the extra ``denoise``), guided by albedo and normals.
-It wants samples that a pixel shares with no other, as the box filter has them. The only file that
-imports it.
+The encoding is colour-science's. Pictures are for looking at; measure the EXR. A preview shows a
+frame's light, or the detail level of what each pixel meets: colours of levels run from dark to
+light through viridis (Smith & van der Walt 2015), which the colour-blind read too, shaded a little
+by the normal, for the shape to show. A film is made where ffmpeg is there: that of imageio-ffmpeg,
+or one on the PATH. A denoised picture comes by Open Image Denoise by way of ``mitsuba-oidn`` (the
+extra ``denoise``), guided by albedo and normals; it is never to be measured.
 """
 
 import contextlib
@@ -27,7 +16,7 @@ import re
 import shutil
 import subprocess
 import tempfile
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from importlib import import_module
 from pathlib import Path
@@ -47,20 +36,12 @@ KEY = 0.18
 _DARKEST = 1e-4
 
 
-def _filmic(x: np.ndarray) -> np.ndarray:
-    return x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14)
-
-
-def _reinhard(x: np.ndarray) -> np.ndarray:
-    return x * (1 + x / _WHITE**2) / (1 + x)
-
-
 _WHITE = 4.0
 """Exposed light that ``reinhard`` makes white."""
 
 TONE_CURVES: dict[str, Callable[[np.ndarray], np.ndarray]] = {
-    "filmic": _filmic,
-    "reinhard": _reinhard,
+    "filmic": lambda x: x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14),
+    "reinhard": lambda x: x * (1 + x / _WHITE**2) / (1 + x),
     "linear": lambda x: x,
 }
 """From exposed light to display light, on each channel, before it is cut off at 1: Narkowicz's fit
@@ -133,7 +114,7 @@ _VIRIDIS = np.array(
     ((68, 1, 84), (59, 82, 139), (33, 145, 140), (94, 201, 98), (253, 231, 37)), np.float64
 )
 _FROM = np.array((-0.4, -0.6, 0.7))
-_DARKEST_level_view = 0.7
+_LEAST_SHADE = 0.7
 _PAPER, _INK = (24, 24, 26), (220, 220, 220)
 
 
@@ -156,7 +137,7 @@ def level_pixels(layers: Layers) -> np.ndarray:
     """Colour a frame by level, with a legend in its lowest rows, 8-bit sRGB, (h, w, 3)."""
     colours = level_colours()[np.minimum(layers.level.astype(np.int64), LEVELS - 1)]
     facing = np.clip(layers.N @ (_FROM / np.linalg.norm(_FROM)), 0.0, 1.0)
-    shaded = colours * (_DARKEST_level_view + (1 - _DARKEST_level_view) * facing)[..., None]
+    shaded = colours * (_LEAST_SHADE + (1 - _LEAST_SHADE) * facing)[..., None]
     met = layers.object > 0
     picture = np.where(met[..., None], np.rint(shaded), SKY).astype(np.uint8)
     return _with_legend(picture, int(layers.level[met].max(initial=0)))
@@ -183,15 +164,12 @@ def _with_legend(picture: np.ndarray, deepest: int) -> np.ndarray:
     return np.asarray(image)
 
 
-_GAP, _PAPER_contact_sheet, _INK_contact_sheet = 6, (24, 24, 26), (220, 220, 220)
+_GAP = 6
 
 
 def preview(path: str | Path, out_png: str | Path, look: PictureStyle = DEFAULT_STYLE) -> Path:
     """Write one frame as a PNG, exposed for itself."""
-    from scenes.render.exr.layers import read_exr
-
-    layers = read_exr(path)[0]
-    picture = preview_pixels(layers, look, look.exposure_of(layers.rgb))
+    (picture,) = _pictures([path], look)
     return save_picture(Image.fromarray(picture), out_png)
 
 
@@ -202,29 +180,22 @@ def write_contact_sheet(
     width: int = 320,
     look: PictureStyle = DEFAULT_STYLE,
 ) -> Path:
-    """Write frames side by side, ``width`` pixels each; all are exposed for the first."""
+    """Write frames side by side, ``width`` pixels each; all are exposed for the first.
+
+    The label of each is the frame's number as the file name has it, or the name.
+    """
     if not paths:
         raise InputError("contact sheet", [], "at least one frame")
     if width < 16:
         raise InputError("contact sheet width", width, "at least 16 pixels a frame")
-    from scenes.render.exr.layers import read_exr
-
-    tiles, exposure = [], 0.0
-    for path in paths:
-        layers = read_exr(path)[0]
-        exposure = exposure or look.exposure_of(layers.rgb)
-        height = max(1, round(width * layers.rgb.shape[0] / layers.rgb.shape[1]))
-        picture = Image.fromarray(preview_pixels(layers, look, exposure))
-        tiles.append(picture.resize((width, height), Image.Resampling.LANCZOS))
-    labels = [frame_label(path) for path in paths]
+    tiles = []
+    for picture in _pictures(paths, look):
+        height = max(1, round(width * picture.shape[0] / picture.shape[1]))
+        tile = Image.fromarray(picture).resize((width, height), Image.Resampling.LANCZOS)
+        tiles.append(tile)
+    stems = [Path(path).stem for path in paths]
+    labels = [(re.findall(r"\d+", stem) or [stem])[-1] for stem in stems]
     return save_sheet(tiles, labels, columns or default_columns(len(tiles)), out_png)
-
-
-def save_sheet(
-    tiles: Sequence[Image.Image], labels: Sequence[str], columns: int, out_png: str | Path
-) -> Path:
-    """Write pictures row by row as one PNG, each with its label below."""
-    return save_picture(_sheet(tiles, labels, columns), out_png)
 
 
 def default_columns(count: int) -> int:
@@ -233,26 +204,23 @@ def default_columns(count: int) -> int:
     return min(range(widest, min(count, widest + 2) + 1), key=lambda columns: -count % columns)
 
 
-def frame_label(path: str | Path) -> str:
-    """The frame's number as the file name has it; the whole name where it has none."""
-    numbers = re.findall(r"\d+", Path(path).stem)
-    return numbers[-1] if numbers else Path(path).stem
-
-
-def _sheet(tiles: Sequence[Image.Image], labels: Sequence[str], columns: int) -> Image.Image:
+def save_sheet(
+    tiles: Sequence[Image.Image], labels: Sequence[str], columns: int, out_png: str | Path
+) -> Path:
+    """Write pictures row by row as one PNG, each with its label below."""
     size = max(11, tiles[0].width // 22)
     font = ImageFont.load_default(size)
     across = tiles[0].width + _GAP
     down = max(tile.height for tile in tiles) + size + 2 * _GAP
     rows = math.ceil(len(tiles) / columns)
-    sheet = Image.new("RGB", (columns * across + _GAP, rows * down + _GAP), _PAPER_contact_sheet)
+    sheet = Image.new("RGB", (columns * across + _GAP, rows * down + _GAP), _PAPER)
     draw = ImageDraw.Draw(sheet)
     for number, (tile, label) in enumerate(zip(tiles, labels, strict=True)):
         left = _GAP + number % columns * across
         top = _GAP + number // columns * down
         sheet.paste(tile, (left, top))
-        draw.text((left + 1, top + tile.height + 2), label, _INK_contact_sheet, font)
-    return sheet
+        draw.text((left + 1, top + tile.height + 2), label, _INK, font)
+    return save_picture(sheet, out_png)
 
 
 def save_picture(picture: Image.Image, path: str | Path, optimize: bool = False) -> Path:
@@ -262,6 +230,17 @@ def save_picture(picture: Image.Image, path: str | Path, optimize: bool = False)
     with whole_file(path, overwrite=True) as temporary:
         picture.save(temporary, "PNG", pnginfo=about, optimize=optimize)
     return Path(path)
+
+
+def _pictures(paths: Sequence[str | Path], look: PictureStyle) -> Iterator[np.ndarray]:
+    """8-bit sRGB pictures of frames, all exposed for the first."""
+    from scenes.render.exr.layers import read_exr
+
+    exposure = None
+    for path in paths:
+        layers = read_exr(path)[0]
+        exposure = exposure or look.exposure_of(layers.rgb)
+        yield preview_pixels(layers, look, exposure)
 
 
 def write_movie(
@@ -276,13 +255,31 @@ def write_movie(
         return None
     if not paths:
         raise InputError("movie", [], "at least one frame")
-    pictures = _pictures(paths, look)
+    pictures = (_even(each) for each in _pictures(paths, look))
     first = next(pictures)
-    path = Path(out_mp4)
-    arguments = _arguments(first.shape[1], first.shape[0], fps)
-    with whole_file(path, overwrite=True) as temporary:
-        _feed([ffmpeg, *arguments, str(temporary)], itertools.chain([first], pictures))
-    return path
+    size = f"{first.shape[1]}x{first.shape[0]}"
+    source = f"-f rawvideo -pix_fmt rgb24 -s {size} -r {fps:g} -i -"
+    coded = "-c:v libx264 -pix_fmt yuv420p -movflags +faststart -f mp4"
+    about = "-metadata comment=lodbench"
+    arguments = f"-hide_banner -loglevel error -y {source} {about} {coded}".split()
+    with whole_file(out_mp4, overwrite=True) as target, tempfile.TemporaryFile() as words:
+        command = [ffmpeg, *arguments, str(target)]
+        process = subprocess.Popen(command, stdin=subprocess.PIPE, stderr=words)
+        # Picture by picture, so that a long sequence needs no more memory than a short one.
+        with contextlib.suppress(BrokenPipeError), process:
+            for picture in itertools.chain([first], pictures):
+                process.stdin.write(picture.tobytes())  # type: ignore[union-attr]
+        words.seek(0)
+        said = words.read().decode(errors="replace").strip().splitlines()
+        if process.returncode:
+            raise OSError(errno.EIO, f"ffmpeg: {said[-1] if said else process.returncode}")
+    return Path(out_mp4)
+
+
+def _even(picture: np.ndarray) -> np.ndarray:
+    """With even sides, as H.264 wants them."""
+    height, width = picture.shape[:2]
+    return np.pad(picture, ((0, height % 2), (0, width % 2), (0, 0)), mode="edge")
 
 
 def ffmpeg_path() -> str | None:
@@ -293,39 +290,6 @@ def ffmpeg_path() -> str | None:
         return str(imageio_ffmpeg.get_ffmpeg_exe())
     except (ImportError, RuntimeError):  # not installed, or without a binary for this machine
         return shutil.which("ffmpeg")
-
-
-def _pictures(paths: Sequence[str | Path], look: PictureStyle) -> Iterator[np.ndarray]:
-    """8-bit sRGB pictures with even sides, as H.264 wants them."""
-    from scenes.render.exr.layers import read_exr
-
-    exposure = None
-    for path in paths:
-        layers = read_exr(path)[0]
-        exposure = exposure or look.exposure_of(layers.rgb)
-        height, width = layers.rgb.shape[:2]
-        even = ((0, height % 2), (0, width % 2), (0, 0))
-        yield np.pad(preview_pixels(layers, look, exposure), even, mode="edge")
-
-
-def _arguments(width: int, height: int, fps: float) -> list[str]:
-    source = f"-f rawvideo -pix_fmt rgb24 -s {width}x{height} -r {fps:g} -i -"
-    coded = "-c:v libx264 -pix_fmt yuv420p -movflags +faststart -f mp4"
-    about = "-metadata comment=lodbench"
-    return f"-hide_banner -loglevel error -y {source} {about} {coded}".split()
-
-
-def _feed(command: list[str], pictures: Iterable[np.ndarray]) -> None:
-    """Picture by picture, so that a long sequence needs no more memory than a short one."""
-    with tempfile.TemporaryFile() as words:
-        process = subprocess.Popen(command, stdin=subprocess.PIPE, stderr=words)
-        with contextlib.suppress(BrokenPipeError), process:
-            for picture in pictures:
-                process.stdin.write(picture.tobytes())  # type: ignore[union-attr]
-        words.seek(0)
-        said = words.read().decode(errors="replace").strip().splitlines()
-    if process.returncode:
-        raise OSError(errno.EIO, f"ffmpeg: {said[-1] if said else process.returncode}")
 
 
 def check_denoiser() -> None:
