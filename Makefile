@@ -15,7 +15,7 @@ help:
 	@echo "make test     set up, run the tests"
 	@echo "make slow     the tests that take minutes"
 	@echo "make docs     the manual, as pages in $(OUT)/docs"
-	@echo "make lint     ruff and mypy;  make format  puts the style right"
+	@echo "make lint     ruff, mypy and the list of words;  make format  puts the style right"
 	@echo "make lock     write requirements.lock anew (LOCK_ARGS=--upgrade for newer versions)"
 	@echo "make clean    remove .venv, $(OUT) and caches"
 
@@ -47,6 +47,7 @@ lint: $(READY)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy lod scenes bench lodbench.py
+	$(BIN)/python tests/tools/words.py
 
 format: $(READY)
 	$(BIN)/ruff check --fix .

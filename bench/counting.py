@@ -17,6 +17,7 @@ import numpy as np
 from jaxtyping import Float64
 from numba import njit
 
+from bench.records.provenance import scene_digest
 from lod.air import Air, least_extinction
 from lod.arrays import Ints, Reals
 from lod.camera import Corner, camera_from_heading
@@ -300,6 +301,15 @@ def prototypes_of(species: str, size: float) -> tuple[Prototype, ...]:
     return tuple(each.scaled(size) for each in _STANDING[species]())
 
 
+@lru_cache(maxsize=16)
+def shapes_digest(species: str) -> str:
+    """Return the SHA-256 of the hierarchies of one species' prototypes, or of several's."""
+    names = ("parent", "level", "position", "P", "R", "B", "separation")
+    kinds = sorted(species.split("+"))
+    trees = [each.hierarchy for kind in kinds for each in prototypes_of(kind, 1.0)]
+    return scene_digest(kinds, (getattr(tree, name) for tree in trees for name in names))
+
+
 def field_seed(*words: object) -> int:
     """Return the seed, in 63 bits, of a field that is named by plain data."""
     text = json.dumps(words, sort_keys=True)
@@ -432,8 +442,12 @@ def predict(case: Case) -> FieldMoments:
         np.mean([np.pi * chained_limits(e.hierarchy, view.metric, case.m)[0] ** 2 for e in kind])
         for kind in kinds
     ]
+    objects, objects_variance, parts, parts_variance = map(float, means)
     return FieldMoments(
-        *(float(value) for value in means),
+        objects,
+        objects_variance,
+        parts,
+        parts_variance,
         P_plus_R=float(np.mean([tree.P[0] + tree.R[0] for tree in trees])),
         nearest_limit=float(whole.min()),
         farthest_limit=float(whole.max()),

@@ -142,8 +142,8 @@ def point_table(points: Sequence["Point"], most_columns: int = 12) -> Table:
     Columns that differ in their further keys alone are one quantity each while a point has no more
     than ``most_columns``; the others are in the files beside the report.
     """
-    heads = ("case", "quantity", "n", "mean", "standard deviation", "predicted")
-    rows = []
+    heads: tuple[str, ...] = ("case", "quantity", "n", "mean", "standard deviation", "predicted")
+    rows: list[tuple[str, ...]] = []
     for point in points:
         case = ", ".join(f"{k} {_short(v)}" for k, v in point.case.items() if v is not None)
         for each in point.samples[:most_columns]:

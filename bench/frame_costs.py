@@ -1,22 +1,30 @@
-"""What frames cost, stage by stage: functions that are called in fresh processes.
+"""What frames cost: worlds of so many objects, and functions that are called in fresh processes.
 
-They import no more than rendering needs, for the memory of the process is among what is measured.
+Those import no more than rendering needs, for the memory of the process is among what is measured.
 Every process's first frame compiles, or loads what was compiled.
 """
 
+import hashlib
+import math
 import tempfile
 import time
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from bench.windows import Picture, window_preset
+from bench.children import run_in_child
+from bench.records.records import Column, Point, columns
 from lod.air import CLEAR
+from lod.law import max_ground_distance
 from lod.pruner import prune
 from scenes.presets.load import load_preset
-from scenes.processes.memory import peak_rss_bytes
+from scenes.presets.schema import Preset
+from scenes.processes.memory_limit import peak_rss_bytes
+from scenes.render.description import describe_frame
 from scenes.render.exr.layers import write_exr
 from scenes.render.render import build_frame, render_frame, trace
 from scenes.scene import Scene
@@ -27,8 +35,42 @@ KINDS: dict[str, tuple[str, tuple[str, ...]]] = {
 }
 """For each kind of world its preset and what is changed in it: nothing moves in ``meadow``."""
 
+SETTINGS = ("render.size=320x180", "render.spp=8", "species.sward.density=0")
+FRAMES = 4
+"""Frames of ``meadow`` in each process, after the first, and what is changed in the preset."""
+
+WORLD, SPECIES = "crowd", "figure"
+WORLDS = (1e3, 1e5, 1e6, 1e9, 1e12, 1e15)
+UNPRUNED = (1e2, 1e3, 3e3, 1e4)
+"""The mean number of objects in an unpruned window; the last has some 10⁶ parts, the most."""
+
 FIRST_SAMPLES = {"whole": 0, "pruned": 1000}
 """The frame number of the samples of each side's first picture: no two have the same."""
+
+
+@dataclass(frozen=True)
+class Picture:
+    """Size in pixels, as ``320x180``, and samples of each pixel."""
+
+    size: str
+    spp: int
+
+
+def window_preset(
+    name: str, settings: Sequence[str], objects: float, picture: Picture, detail: float | None
+) -> Preset:
+    """Make a preset with a window of so many objects, on average, about the eye, on level ground.
+
+    The ground ends with the window, so that it is the same few triangles in every frame of it: what
+    differs is what stands on it. ``detail`` is τ [px]; None leaves the world unpruned.
+    """
+    plain = load_preset(name, settings)
+    side = math.sqrt(objects / sum(each.density for each in plain.species.values()))
+    keys = [f"world.extent={side!r}", f"render.size={picture.size}", f"render.spp={picture.spp}"]
+    keys += [f"terrain.reach={min(plain.terrain.reach, side / math.sqrt(2))!r}"]
+    keys += ["terrain.amplitude=0.0"]
+    keys += ["view.metric=full"] if detail is None else [f"view.detail={detail!r}"]
+    return load_preset(name, [*settings, *keys])
 
 
 @dataclass(frozen=True)
@@ -57,9 +99,8 @@ def preset_costs(overrides: list[str], variant: str, frames: int) -> dict[str, A
     cold   of the process, with the first frame, which compiles
     warm   of each further frame
     """
-    preset = load_preset("meadow", overrides)
+    scene = Scene(load_preset("meadow", overrides))
     start = time.perf_counter()
-    scene = Scene(preset)
     world = scene.world
     cold = {"world": _us(time.perf_counter() - start), "world_bytes": peak_rss_bytes()}
     warm = []
@@ -74,8 +115,8 @@ def preset_costs(overrides: list[str], variant: str, frames: int) -> dict[str, A
         stages = {**made.seconds, **layers.seconds, "write": write}
         row = {name: _us(spent) for name, spent in stages.items()}
         if frame == 1:
-            bytes_ = {"shoot_bytes": shot_bytes, "render_bytes": peak_rss_bytes()}
-            cold |= {"first_trace": row["trace"], **bytes_}
+            held = {"shoot_bytes": shot_bytes, "render_bytes": peak_rss_bytes()}
+            cold |= {"first_trace": row["trace"], **held}
             continue
         view = scene.view(frame)
         row["tests"] = sum(prune(each, view).examined_parts for each in world.representations)
@@ -95,6 +136,30 @@ def _metric_us(tests: int) -> int:
     return _us(spent)
 
 
+@dataclass(frozen=True)
+class Process:
+    """A fresh process; its number is added to the run's seed."""
+
+    number: int
+    variant: str
+
+
+def measure_process(case: Process, seed: int) -> list[Point]:
+    """Time the frames of a preset in a fresh process, and what comes before them."""
+    words = [*SETTINGS, f"seed={seed + case.number}"]
+    found = run_in_child(preset_costs, words, case.variant, FRAMES, variant=case.variant).result
+    rows = found["warm"]
+    stages = [name for name in rows[0] if name != "tests"]
+    times = (Column("us", [row[name] for row in rows], {"stage": name}) for name in stages)
+    tests = Column("tests", [row["tests"] for row in rows])
+    cold = columns({name: [value] for name, value in found["cold"].items()})
+    drawn = (Column("drawn", [n], {"what": what}) for what, n in found["statistics"].items())
+    return [
+        Point({"topic": "cost", "what": "frames"}, samples=(*times, tests)),
+        Point({"topic": "cost", "what": "processes"}, samples=(*cold, *drawn)),
+    ]
+
+
 def window_costs(case: Size, side: str, seed: int) -> dict[str, Any]:
     """Build one world, whole or pruned at one pixel, and time its frames.
 
@@ -106,8 +171,8 @@ def window_costs(case: Size, side: str, seed: int) -> dict[str, Any]:
     name, settings = KINDS[case.kind]
     picture = Picture(case.size, case.spp)
     detail = None if side == "whole" else 1.0
-    preset = window_preset(name, (*settings, f"seed={seed}"), case.objects, picture, detail)
-    scene, rows, peak = Scene(preset), [], 0
+    scene = Scene(window_preset(name, (*settings, f"seed={seed}"), case.objects, picture, detail))
+    rows, peak = [], 0
     for frame in range(1, case.frames + 2):
         made = scene.input(frame, case.variant)
         layers = render_frame(made, frame)
@@ -124,6 +189,89 @@ def window_costs(case: Size, side: str, seed: int) -> dict[str, Any]:
     ]
     counts = layers.statistics
     return {"rows": rows, "peak_bytes": peak, "statistics": counts, "pictures": pictures}
+
+
+def plain_frame(scene: Scene) -> dict[str, Any]:
+    """Prune the first frame of a scene, and describe it as plain arrays, before any renderer."""
+    return describe_frame(scene.input(1, "scalar_rgb"))
+
+
+def frame_digest(plain: dict[str, Any]) -> str:
+    """Hash everything in a plain frame that determines the picture: 16 hexadecimal digits."""
+    sha = hashlib.sha256()
+    for name, shape in sorted(plain["shapes"].items()):
+        sha.update(name.encode())
+        for key in ("control_points", "segment_indices", "albedo", "vertices", "faces", "colours"):
+            sha.update(np.ascontiguousarray(shape.get(key, ())).tobytes())
+        sha.update(plain["ids"][plain["owners"][name]].tobytes())
+    return sha.hexdigest()[:16]
+
+
+def frame_bytes(plain: dict[str, Any]) -> int:
+    """Sum the bytes of all arrays of a plain frame."""
+    arrays = [a for shape in plain["shapes"].values() for a in shape.values()]
+    arrays += [plain["ids"], *plain["owners"].values()]
+    return sum(a.nbytes for a in arrays if isinstance(a, np.ndarray))
+
+
+def interleaved_seconds(tasks: Sequence[Callable[[], Any]], repeats: int) -> list[list[float]]:
+    """Time every repeat of each task, the tasks taking turns, so that drift meets all of them.
+
+    Gives one list of ``repeats`` times for each task: seconds of processor time of this thread.
+    """
+    seconds: list[list[float]] = [[] for _ in tasks]
+    for _ in range(repeats):
+        for task, times in zip(tasks, seconds, strict=True):
+            start = time.thread_time()
+            task()
+            times.append(time.thread_time() - start)
+    return seconds
+
+
+@dataclass(frozen=True)
+class AllWorlds:
+    """The frame of every world, all worlds in turns: seconds of one thread to a plain frame."""
+
+    repeats: int
+
+
+def measure_worlds(case: AllWorlds, seed: int) -> list[Point]:
+    """Make the first frame of every world again and again: counts, and time of each repeat."""
+    grid = [("blake", n) for n in WORLDS] + [("full", n) for n in UNPRUNED]
+    density = load_preset(WORLD).species[SPECIES].density
+    points, tasks = [], []
+    for metric, objects in grid:
+        side = min(math.sqrt(objects / density), 1e15)
+        keys = f"world.extent={side!r}", f"view.metric={metric}", f"seed={seed}"
+        scene = Scene(load_preset(WORLD, ["render.size=96x54", *keys]))
+        view, plain = scene.view(1), plain_frame(scene)  # compiles, and is not timed
+        fields = scene.world.fields
+        cuts = [prune(each, view) for each in fields]
+        limits = [
+            max_ground_distance(each.prototypes.part_tables.hierarchies, view)
+            for each in fields
+            if metric != "full"
+        ]
+        case_of = {
+            "topic": "world",
+            "metric": metric,
+            "objects": objects,
+            "side_m": side,
+            "limit_m": max(limits, default=0.0),
+            "scene": frame_digest(plain),
+        }
+        counts = {
+            "objects": [sum(cut.displayed_objects for cut in cuts)],
+            "parts": [sum(cut.displayed_parts for cut in cuts)],
+            "bytes": [frame_bytes(plain)],
+        }
+        points.append(Point(case_of, samples=columns(counts)))
+        tasks.append(partial(plain_frame, scene))
+    times = interleaved_seconds(tasks, case.repeats)
+    return [
+        replace(point, samples=(*point.samples, Column("cpu_us", [round(1e6 * t) for t in row])))
+        for point, row in zip(points, times, strict=True)
+    ]
 
 
 def _us(seconds: float) -> int:

@@ -1,13 +1,9 @@
 """How many objects and parts does one frame examine and display, and what does the law predict?
 
-No renderer is needed.
-
-Which counts must the first frame of a preset give, at which version of the workload?
-
-``meadow@1`` is a preset at a version. Its counts are golden: where a preset, a species or pruning
-counts otherwise, it is another workload and takes the next version, so that a changed workload is
-never mistaken for a changed system. ``python -m bench.frame_counts`` counts anew and gives
-changed ones their next version.
+No renderer is needed. A workload is a preset at a version, as ``meadow@1``. The counts of its first
+frame are golden: where a preset, a species or pruning counts otherwise, it is another workload and
+takes the next version, so that a changed workload is never mistaken for a changed system. Run as a
+module, this file counts anew and gives changed workloads their next version.
 """
 
 import json
@@ -15,7 +11,7 @@ import math
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -115,12 +111,8 @@ class Stopwatch:
             self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - start
 
 
-def ignore_steps(done: int, total: int, next_step: str) -> None:
-    """Watch nothing."""
-
-
 def count(
-    world: World, view: View, ground: Cut | None = None, follow: Follow = ignore_steps
+    world: World, view: View, ground: Cut | None = None, follow: Follow | None = None
 ) -> Counts:
     """Prune one frame and hold every species against its prediction.
 
@@ -128,20 +120,27 @@ def count(
     follow  is called before each step
     """
     watch, by_species = Stopwatch(), {}
-    steps = len(world.fields) + len(world.beside) + 1
-    for done, each in enumerate(world.fields):
-        follow(done, steps, each.name)
+    names = [*(each.name for each in (*world.fields, *world.beside)), "ground"]
+
+    def next_step(name: str) -> None:
+        if follow is not None:
+            follow(names.index(name), len(names), name)
+
+    for each in world.fields:
+        next_step(each.name)
         with watch.stage("prune"):
             cut = prune(each, view)
         with watch.stage("predict"):
             predicted = predict(each, view)
         by_species[each.name] = _species_count(cut, predicted, each.species.density)
     others: dict[str, tuple[Tally, Tally]] = {}
-    for done, one in enumerate(world.beside, len(world.fields)):
-        follow(done, steps, one.name)
+    for one in world.beside:
+        next_step(one.name)
         with watch.stage("prune"):
-            others[one.name] = _tallies(prune(one, view))
-    follow(steps - 1, steps, "ground")
+            cut = prune(one, view)
+        objects = Tally(cut.examined_objects, cut.displayed_objects, None, None)
+        others[one.name] = objects, Tally(cut.examined_parts, cut.displayed_parts, None, None)
+    next_step("ground")
     with watch.stage("terrain"):
         ground = prune(world.terrain, view) if ground is None else ground
         triangles = world.terrain.triangle_count(ground.parts)
@@ -159,6 +158,25 @@ def count(
     )
 
 
+def _species_count(cut: Cut, predicted: CountMoments | None, density: float) -> SpeciesCount:
+    means: tuple[Any, Any] = (None, None)
+    spreads: tuple[Any, Any] = (None, None)
+    levels = int(cut.level.max(initial=0)) + 1
+    by_level = None
+    if predicted is not None:
+        means = density * predicted.objects, density * predicted.parts
+        variances = predicted.objects_variance, predicted.parts_variance
+        spreads = math.sqrt(density * variances[0]), math.sqrt(density * variances[1])
+        by_level = tuple(density * area for area in predicted.parts_by_level)
+        levels = max(levels, len(by_level))
+    return SpeciesCount(
+        Tally(cut.examined_objects, cut.displayed_objects, means[0], spreads[0]),
+        Tally(cut.examined_parts, cut.displayed_parts, means[1], spreads[1]),
+        tuple(np.bincount(cut.level, minlength=levels).tolist()),
+        by_level,
+    )
+
+
 def predict(each: SpeciesField, view: View) -> CountMoments | None:
     """Predict one species by the law, per unit density; None for a metric without a law.
 
@@ -170,14 +188,19 @@ def predict(each: SpeciesField, view: View) -> CountMoments | None:
     low, high = each.ground.bounds()
     if view.look_around and low == high and each.extent is None and not each.species.habitat:
         return _flat(each, view, high)
-    farthest = math.inf if each.extent is None else _farthest_corner(each, view)
+    corner, farthest = np.array(view.camera.corner.lattice(1.0)[:2], np.float64), math.inf
+    if each.extent is not None:  # the farthest corner of the window
+        eye = np.abs(view.camera.eye[:2] + corner)
+        farthest = float(np.hypot(*(eye + each.extent / 2)))
     net = ground_nodes(trees, view, _NODES, farthest)
+    area = net.area
     if each.extent is not None:
-        net = type(net)(net.xy, np.where(_in_window(each, view, net.xy), net.area, 0.0), net.turn)
+        inside = (np.abs(net.xy + corner) <= each.extent / 2).all(axis=1)
+        area = np.where(inside, area, 0.0)
     if each.species.habitat is not None:
-        area = net.area * each.species.habitat.share(view.camera.corner, net.xy)
-        net = type(net)(net.xy, area, net.turn)
-    return count_moments(trees, view, net, each.ground.height(view.camera.corner, net.xy))
+        area = area * each.species.habitat.share(view.camera.corner, net.xy)
+    height = each.ground.height(view.camera.corner, net.xy)
+    return count_moments(trees, view, replace(net, area=area), height)
 
 
 def _flat(each: SpeciesField, view: View, ground: float) -> CountMoments:
@@ -187,57 +210,12 @@ def _flat(each: SpeciesField, view: View, ground: float) -> CountMoments:
     objects = parts = spread = 0.0
     for tree in trees:
         above = view.camera.eye[2] - ground - tree.position[:, 2]
-        limits = limits_seen(tree, view, view.m)
-        areas = disc_areas(limits, above)
+        areas = disc_areas(limits_seen(tree, view, view.m), above)
         objects += expected_count(share, areas[:1])
         parts += expected_count(share, areas)
         spread += count_variance(share, areas)
         levels += share * np.bincount(tree.level, weights=areas, minlength=len(levels))
-    return CountMoments(objects, objects, parts, spread, tuple(float(v) for v in levels))
-
-
-def _in_window(each: SpeciesField, view: View, xy: np.ndarray) -> np.ndarray:
-    half = each.extent / 2  # type: ignore[operator]
-    return (np.abs(xy + _corner_m(view)) <= half).all(axis=1)
-
-
-def _farthest_corner(each: SpeciesField, view: View) -> float:
-    eye = np.abs(view.camera.eye[:2] + _corner_m(view))
-    return float(np.hypot(*(eye + each.extent / 2)))  # type: ignore[operator]
-
-
-def _corner_m(view: View) -> np.ndarray:
-    corner = view.camera.corner
-    return np.array(corner.lattice(1.0)[:2], np.float64)
-
-
-def _tallies(cut: Cut) -> tuple[Tally, Tally]:
-    """Count the objects and parts of a cut of which no law is claimed."""
-    return (
-        Tally(cut.examined_objects, cut.displayed_objects, None, None),
-        Tally(cut.examined_parts, cut.displayed_parts, None, None),
-    )
-
-
-def _species_count(cut: Cut, predicted: CountMoments | None, density: float) -> SpeciesCount:
-    levels = int(cut.level.max(initial=0)) + 1
-    if predicted is not None:
-        levels = max(levels, len(predicted.parts_by_level))
-    means: tuple[float | None, float | None] = (None, None)
-    spreads: tuple[float | None, float | None] = (None, None)
-    if predicted is not None:
-        means = density * predicted.objects, density * predicted.parts
-        variances = predicted.objects_variance, predicted.parts_variance
-        spreads = math.sqrt(density * variances[0]), math.sqrt(density * variances[1])
-    by_level = np.bincount(cut.level, minlength=levels)
-    return SpeciesCount(
-        objects=Tally(cut.examined_objects, cut.displayed_objects, means[0], spreads[0]),
-        parts=Tally(cut.examined_parts, cut.displayed_parts, means[1], spreads[1]),
-        by_level=tuple(int(n) for n in by_level),
-        predicted_by_level=None
-        if predicted is None
-        else tuple(density * area for area in predicted.parts_by_level),
-    )
+    return CountMoments(objects, objects, parts, spread, tuple(levels.tolist()))
 
 
 _FILE = Path(__file__).with_name("workloads.json")

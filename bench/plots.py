@@ -55,7 +55,7 @@ _MOST_MARKS = 13
 """The most marks along a horizontal axis: the labels of more would overlap."""
 
 _APART = 1.04
-"""The ratio by which points of two curves at one x stand apart, so that their bars are seen."""
+"""The ratio by which points of two curves at one x are drawn apart, so that their bars are seen."""
 
 _NARROWEST, _WIDE = 1.03, 2.0
 """The least ratio that an axis of ratios to a line shows, so that noise does not fill it.
@@ -205,7 +205,7 @@ def against_law(
         above.set(xscale="log", yscale="log", ylabel=axis[1])
         if mark:
             above.axvline(mark[0], color=_GREY, lw=1.2, ls=":", label=mark[1])
-        above.plot([], [], color=_GREY, lw=1.4, label="predicted, nothing fitted")
+        above.plot([], [], color=_GREY, lw=1.4, label="predicted, no free parameters")
         above.legend(loc="best")
         below.axhspan(0.98, 1.02, color="#D9D9D9", alpha=0.5, lw=0)
         below.axhline(1.0, color=_GREY, lw=1.2)

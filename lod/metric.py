@@ -40,7 +40,7 @@ def solid_angle(P: np.ndarray, R: np.ndarray, m: float) -> np.ndarray:
 
 
 def full(P: np.ndarray, R: np.ndarray, m: float) -> np.ndarray:
-    """Everything, always: the reference; it needs a finite world."""
+    """No pruning: the unpruned reference, which needs a finite world."""
     return np.full(np.broadcast_shapes(np.shape(P), np.shape(R)), np.inf)
 
 
@@ -71,7 +71,7 @@ METRICS: dict[str, Metric] = {
         Metric(
             "depth", blake, "P + R > m·(depth along the view axis), in view only", along_axis=True
         ),
-        Metric("full", full, "everything, always; needs a finite world", finite=False),
+        Metric("full", full, "the unpruned reference; needs a finite world", finite=False),
     )
 }
 

@@ -40,8 +40,8 @@ the change is a Lipschitz function of the point, the second because a turn alone
 by φ times the sine of its angle to the axis, and the rest moves it by at most (|c| + s)/n.
 
 **The window of visibility.** An eye that does not follow what moves has a shutter of its own. Of
-everything on a display it sees what lies below a limit in time, ω_l, and one in space, u_l, and and
-next to nothing beyond either (Watson & Ahumada, "A look at motion in the frequency domain",
+everything on a display it sees what lies below a limit in time, ω_l, and one in space, u_l, and
+little beyond either (Watson & Ahumada, "A look at motion in the frequency domain",
 NASA TM 84352, 1983; Watson, Ahumada & Farrell, "The window of visibility", NASA TP 2211, 1983). A
 grating of frequency u that passes at r has r·u periods a second: it is out of the window from
 u = ω_l/r on. A feature of size a is half a period of u = 1/(2a), so what is smaller than

@@ -108,7 +108,7 @@ class StickTable(ArrayData):
         return self.take(parts[self.owner])
 
     def of_parts(self: Table, parts: Flags) -> Table:
-        """Return the table of the flagged parts (n,) alone, numbered anew in their order."""
+        """Return the table of the flagged parts (n,) alone, renumbered in their order."""
         first = np.concatenate(([0], np.cumsum(self.count[parts])))
         return type(self)(first, *(column[parts[self.owner]] for column in self.columns))
 

@@ -3,7 +3,7 @@
 The paper's temporal priority, left to the future in §5.2, taken literally: that of a part is the
 farthest that an end of any of its sticks is, seen from the eye, from where it was last drawn, in
 pixels. It is measured between two places in world space from one eye, so that the camera's own
-motion never counts, nor its end. A part past the threshold is drawn anew and the others are kept:
+motion never counts, nor its end. A part past the threshold is drawn again and the others are kept:
 no part is ever shown farther from its place than the threshold says. Where there is only time for
 some, the most urgent go first, and the rest are as far off as they are.
 
@@ -94,11 +94,11 @@ def initial_state(now: TruePose) -> DrawnState:
 def step(before: DrawnState, now: TruePose, rule: UpdateRule) -> DrawnState:
     """Advance by one frame: update the parts that the rule chooses, and those due."""
     moved = displacement_px(before, now)
-    anew = rule(moved) | now.refresh_due
-    sticks = anew[now.owner][:, None]
+    redrawn = rule(moved) | now.refresh_due
+    sticks = redrawn[now.owner][:, None]
     start = np.where(sticks, now.start, before.start)
     end = np.where(sticks, now.end, before.end)
-    return DrawnState(start, end, moved, np.where(anew, 0.0, moved), anew)
+    return DrawnState(start, end, moved, np.where(redrawn, 0.0, moved), redrawn)
 
 
 def displacement_px(drawn: DrawnState, now: TruePose) -> Reals:
@@ -149,9 +149,9 @@ def replay(frames: Iterator[TruePose], rules: Sequence[UpdateRule]) -> list[Draw
 
 def apply_state(drawn: DrawnState, sticks: Sticks) -> Sticks:
     """Replace the ends of sticks whose part is not updated by the ends as they were drawn."""
-    anew = drawn.updated[sticks.owner][:, None]
-    start = np.where(anew, sticks.start, drawn.start)
-    return replace(sticks, start=start, end=np.where(anew, sticks.end, drawn.end))
+    redrawn = drawn.updated[sticks.owner][:, None]
+    start = np.where(redrawn, sticks.start, drawn.start)
+    return replace(sticks, start=start, end=np.where(redrawn, sticks.end, drawn.end))
 
 
 def refresh_due(part: Ints, frame: int) -> Flags:

@@ -1,4 +1,4 @@
-"""This package has what there is to see and makes pixels of it: field, presets, rendering.
+"""This package has scenes and makes pixels of it: field, presets, rendering.
 
 Only ``scenes.render`` imports a renderer.
 """

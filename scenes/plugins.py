@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
-from importlib.metadata import entry_points
+from importlib.metadata import EntryPoint, entry_points
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -55,35 +55,13 @@ def guarded() -> Iterator[None]:
             os._exit(1)
 
 
-@runtime_checkable
-class EntryPoint(Protocol):
-    """An entry point of the standard library, or of ``importlib_metadata``.
-
-    The latter takes the former's place wherever something has imported that package.
-    """
-
-    @property
-    def name(self) -> str:
-        """Name of the entry point."""
-
-    @property
-    def value(self) -> str:
-        """Object that it names, as module:object."""
-
-    @property
-    def dist(self) -> Any:
-        """Package that brings it, if it is known."""
-
-    def load(self) -> Any:
-        """Import the object."""
-
-
 @cache
 def installed(group: str) -> dict[str, EntryPoint]:
     """Find the entry points of a group by name, except those named as our own metrics are."""
     ours = METRICS if group == METRIC else {}
     found = entry_points(group=group)
-    return {each.name: each for each in sorted(found, key=_origin) if each.name not in ours}
+    in_order = sorted(found, key=lambda each: (each.name, each.value))
+    return {each.name: each for each in in_order if each.name not in ours}
 
 
 def distribution(entry: EntryPoint) -> str:
@@ -166,10 +144,6 @@ def described(group: str, kind: type) -> Iterable[tuple[str, str]]:
             yield name, f"broken: {error}"
         else:
             yield name, f"{found.about} (from {distribution(entry)})"
-
-
-def _origin(entry: EntryPoint) -> tuple[str, str]:
-    return entry.name, entry.value
 
 
 @runtime_checkable

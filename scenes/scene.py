@@ -39,7 +39,7 @@ from scenes.presets.load import load_preset
 from scenes.presets.schema import Preset
 from scenes.processes.progress import steps, work
 from scenes.world.camera_path import camera_at, path_pose, placed_camera
-from scenes.world.light import Light, preset_air, sun_and_sky
+from scenes.world.sun_and_sky import Light, preset_air, sun_and_sky
 from scenes.world.world import World, build_world
 
 if TYPE_CHECKING:
@@ -288,7 +288,7 @@ def is_scheduled(displayed: DisplayedRepresentation, later_s: float) -> bool:
 
 
 def update_counts(drawn: Sequence[DrawnState]) -> dict[str, int]:
-    """Count the parts that could move and those drawn anew; nothing where there is no schedule.
+    """Count the parts that could move and those redrawn; nothing where there is no schedule.
 
     ``farthest_off_mpx`` is the largest error of those that stay as they were drawn [px/1000].
     """
@@ -327,42 +327,3 @@ def frame_quality(preset: Preset, variant: str) -> Quality:
 def _same_place(a: Camera, b: Camera) -> bool:
     pairs = ((a.eye, b.eye), (a.forward, b.forward), (a.up, b.up))
     return all(np.array_equal(one, other) for one, other in pairs)
-
-
-def view_at(world: World, preset: Preset, frame: int) -> View:
-    """Make the view of a frame; see Scene."""
-    return Scene(preset).with_world(world).view(frame)
-
-
-def assemble_frame(world: World, preset: Preset, frame: int, variant: str) -> FrameInput:
-    """Make the input of a frame; see Scene."""
-    return Scene(preset).with_world(world).input(frame, variant)
-
-
-def camera_between(world: World, preset: Preset, frame: float, corner: Corner) -> Camera:
-    """Return the camera at a frame or between two; see Scene."""
-    return Scene(preset).with_world(world).camera(frame, corner)
-
-
-def frame_light(world: World, preset: Preset) -> Light:
-    """Return the light of a scene; see Scene."""
-    return Scene(preset).with_world(world).light
-
-
-def frame_time(preset: Preset, frame: float) -> float:
-    """Compute when a frame begins [s]; see Scene."""
-    return Scene(preset).time_s(frame)
-
-
-def with_schedule(
-    world: World, preset: Preset, frame: int, displayed: DisplayedRepresentation
-) -> DisplayedRepresentation:
-    """Leave sticks as they were drawn earlier; see Scene."""
-    return Scene(preset).with_world(world).scheduled(frame, displayed)
-
-
-def poses_over(
-    world: World, preset: Preset, frames: Iterable[int], displayed: DisplayedRepresentation
-) -> Iterator[TruePose]:
-    """Compute where sticks truly are; see Scene."""
-    return Scene(preset).with_world(world).poses(frames, displayed)

@@ -8,7 +8,9 @@ by --density or by -D.
 import os
 import re
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
+from functools import reduce
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -62,78 +64,76 @@ def complete_preset(_: click.Context, __: click.Parameter, begun: str) -> list[C
     """Offer a shell the presets whose names begin so, and leave paths to it."""
     if "/" in begun or begun.startswith("."):
         return [CompletionItem(begun, type="file")]
-    files = (resources.files("scenes") / "presets").iterdir()
-    names = sorted(each.name.removesuffix(".toml") for each in files)
-    return [CompletionItem(name) for name in names if name.startswith(begun)]
+    names = sorted(each.name for each in (resources.files("scenes") / "presets").iterdir())
+    presets = [name.removesuffix(".toml") for name in names if name.endswith(".toml")]
+    return [CompletionItem(name) for name in presets if name.startswith(begun)]
+
+
+_VIEW_FLAGS = (
+    click.argument("preset", shell_complete=complete_preset),
+    click.option("--size", metavar="WxH", help="Picture size in pixels."),
+    click.option("--seed", metavar="N", help="Seed of every random choice."),
+    click.option("--metric", metavar="NAME", help="Member of the metric family."),
+    click.option("--detail", metavar="PX", help="Detail threshold τ in pixels."),
+    click.option(
+        "--max-parts", metavar="N", help="Set --detail so that every frame displays N parts."
+    ),
+    click.option("--visibility", metavar="LENGTH", help="20km, 500m, or clear."),
+    click.option(
+        "--shutter", metavar="DEGREES", help="Shutter angle, 360 = a whole frame; 0 = no blur."
+    ),
+    click.option(
+        "--smear", metavar="NAME", help="Leave out what blur hides: shutter, window (eye), off."
+    ),
+    click.option("--fade", metavar="SHARE", help="Share of its limit over which a part fades."),
+    click.option(
+        "--haze-aware/--no-haze-aware", default=None, help="Leave out what the air hides."
+    ),
+    click.option("--display-ppd", metavar="N", help="Seen by an eye, N pixels per degree."),
+    click.option(
+        "--density",
+        multiple=True,
+        metavar="NAME=K",
+        help="Objects of a species per m², as figure=0.002.",
+    ),
+    click.option(
+        "--say",
+        multiple=True,
+        metavar='"WHO [PART] ACTION"',
+        help="Message to an actor before frame 1.",
+    ),
+    click.option(
+        "-D", "settings", multiple=True, metavar="KEY=VALUE", help="Any preset key, dotted."
+    ),
+)
+_FILE_FLAGS = (
+    click.option("--compression", metavar="NAME", help="zip, zips, piz, rle or none."),
+    click.option(
+        "--multipart", is_flag=True, default=None, help="A part for each group of layers."
+    ),
+    click.option(
+        "--half", flag_value="half", default=None, help="Colour as half instead of float."
+    ),
+    click.option(
+        "--motion", is_flag=True, default=None, help="Layers motion.X/Y: px to the next frame."
+    ),
+    click.option(
+        "--denoise", is_flag=True, default=None, help="Layers denoised.R/G/B beside the raw."
+    ),
+    click.option(
+        "--cryptomatte", is_flag=True, default=None, help="Mattes of objects and species."
+    ),
+)
 
 
 def view_flags(command: Command) -> Command:
     """Add PRESET and the flags that `render` and `count` share to a command."""
-    flags = (
-        click.argument("preset", shell_complete=complete_preset),
-        click.option("--size", metavar="WxH", help="Picture size in pixels."),
-        click.option("--seed", metavar="N", help="Seed of every random choice."),
-        click.option("--metric", metavar="NAME", help="Member of the metric family."),
-        click.option("--detail", metavar="PX", help="Detail threshold τ in pixels."),
-        click.option(
-            "--max-parts", metavar="N", help="Set --detail so that every frame displays N parts."
-        ),
-        click.option("--visibility", metavar="LENGTH", help="20km, 500m, or clear."),
-        click.option(
-            "--shutter", metavar="DEGREES", help="Shutter angle, 360 = a whole frame; 0 = no blur."
-        ),
-        click.option(
-            "--smear", metavar="NAME", help="Leave out what blur hides: shutter, window (eye), off."
-        ),
-        click.option("--fade", metavar="SHARE", help="Share of its limit over which a part fades."),
-        click.option(
-            "--haze-aware/--no-haze-aware", default=None, help="Leave out what the air hides."
-        ),
-        click.option("--display-ppd", metavar="N", help="Seen by an eye, N pixels per degree."),
-        click.option(
-            "--density",
-            multiple=True,
-            metavar="NAME=K",
-            help="Objects of a species per m², as figure=0.002.",
-        ),
-        click.option(
-            "--say",
-            multiple=True,
-            metavar='"WHO [PART] ACTION"',
-            help="Message to an actor before frame 1.",
-        ),
-        click.option(
-            "-D", "settings", multiple=True, metavar="KEY=VALUE", help="Any preset key, dotted."
-        ),
-    )
-    for flag in reversed(flags):
-        command = flag(command)
-    return command
+    return reduce(lambda made, flag: flag(made), reversed(_VIEW_FLAGS), command)
 
 
 def file_flags(command: Command) -> Command:
     """Add the flags that say how a frame's file is laid out, and what is in it, to a command."""
-    flags = (
-        click.option("--compression", metavar="NAME", help="zip, zips, piz, rle or none."),
-        click.option(
-            "--multipart", is_flag=True, default=None, help="A part for each group of layers."
-        ),
-        click.option(
-            "--half", flag_value="half", default=None, help="Colour as half instead of float."
-        ),
-        click.option(
-            "--motion", is_flag=True, default=None, help="Layers motion.X/Y: px to the next frame."
-        ),
-        click.option(
-            "--denoise", is_flag=True, default=None, help="Layers denoised.R/G/B beside the raw."
-        ),
-        click.option(
-            "--cryptomatte", is_flag=True, default=None, help="Mattes of objects and species."
-        ),
-    )
-    for flag in reversed(flags):
-        command = flag(command)
-    return command
+    return reduce(lambda made, flag: flag(made), reversed(_FILE_FLAGS), command)
 
 
 def preset_from_flags(
@@ -150,7 +150,7 @@ def preset_from_flags(
     laid: list[str | Setting] = list(settings)
     for flag, text in flags.items():
         if text is not None:
-            value = text if flag in _TEXT or isinstance(text, bool) else parse_number(text)
+            value = text if flag in _TEXT or isinstance(text, bool) else _number(text)
             laid.append(Setting(f"--{flag.replace('_', '-')}", FLAG_KEYS[flag], value))
     laid += [_density(text) for text in density]
     preset = load_preset(name, laid)
@@ -176,16 +176,14 @@ def _density(text: str) -> Setting:
     if not (name and equals and value):
         rule = "NAME=K: a species and its objects per m²"
         raise InputError("--density", text, rule, "try --density figure=0.002")
-    return Setting(f"--density {name}", f"species.{name}.density", parse_number(value))
+    return Setting(f"--density {name}", f"species.{name}.density", _number(value))
 
 
-def parse_number(text: str) -> int | float | str:
+def _number(text: str) -> int | float | str:
     """Read the number that a text means; another text is given back, for the preset to refuse."""
     for read in (int, float):
-        try:
+        with suppress(ValueError):
             return read(text)
-        except ValueError:
-            continue
     return text
 
 
@@ -326,7 +324,7 @@ def memory_flag_of_all(command: Callable[..., Any]) -> Callable[..., Any]:
     def keep(context: click.Context, option: click.Parameter, text: str | None) -> None:
         most = memory_limit_bytes(text)
         if most is not None:
-            from scenes.processes.memory import VARIABLE
+            from scenes.processes.memory_limit import VARIABLE
 
             os.environ[VARIABLE] = str(most)
 

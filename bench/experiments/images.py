@@ -10,6 +10,7 @@ the pixels that it covers; ``colonnade`` is Leonardo's row of columns.
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -29,6 +30,7 @@ from bench.records.claims import (
     UNREPLICATED,
     Bound,
     Claim,
+    Kind,
     at_most,
     claim,
     equals,
@@ -71,7 +73,7 @@ def cases(topic: str, sizes: Mapping, metric: str | None = None) -> Sequence:
     return found
 
 
-def measure(case: object, seed: int) -> Point | list[Point]:
+def measure(case: Any, seed: int) -> Point | list[Point]:
     """Measure a case by the module of its topic."""
     found: Point | list[Point] = _BY_TOPIC[case.topic].measure(case, seed)
     return found
@@ -110,11 +112,11 @@ def _fidelity_claims(points: Sequence[Point]) -> Iterable[Claim]:
         point = ways[fields.EVERYTHING]
         for band in fields.judged_bands(point):
             where_ = {"view": view, "distance": band_name(fields.EDGES_M, band)}
-            for estimand, found in (
+            for estimand, ratio in (
                 ("luminance ratio to the reference", luminance_ratio(point, band)),
                 ("coverage ratio to the reference", coverage_ratio(point, band)),
             ):
-                yield _estimated(estimand, within(1, BAND_MARGIN), where_, found)
+                yield _estimated(estimand, within(1, BAND_MARGIN), where_, ratio)
             if (same := same_place(point, band)) is not None:
                 yield _estimated("FLIP in the same places", at_most(MOST_ERROR), where_, same)
     for (view,), chosen in grouped(where(points, what="sweep"), "view").items():
@@ -227,7 +229,7 @@ def _colonnade_claims(points: Sequence[Point]) -> Iterable[Claim]:
     blake, depth = (colonnade.columns_of(points, each) for each in (_BLAKE, _DEPTH))
 
     def made(
-        estimand: str, bound: Bound, found: Estimate, kind: str, headline: bool = False
+        estimand: str, bound: Bound, found: Estimate, kind: Kind, headline: bool = False
     ) -> Claim:
         unit = EXACT if found.low == found.high else "render"
         where_ = {"scene": "colonnade"}
@@ -255,7 +257,7 @@ def _colonnade_claims(points: Sequence[Point]) -> Iterable[Claim]:
         yield made(estimand, at_most(1), found, "measurement", headline=weight == "eye")
 
 
-_CHECK = "verification"
+_CHECK: Kind = "verification"
 _DETAIL, _FILTER = "§2.4", "§2.1, §2.2"
 _BLAKE, _DEPTH = ("blake", 8.0), ("depth", 12.0)
 """The metric and the detail of both cuts that are compared: they display about as many parts."""
@@ -351,8 +353,8 @@ def _fidelity_plots(points: Sequence[Point]) -> Iterable[Plot]:
                     float(p.case["detail"] if "τ" in axis else max(p.values("parts").mean(), 1)): p
                     for p in row
                 }
-                found = [one_sided_mean(errors(at[x])) for x in sorted(at)]
-                drawn.append(_curve(metric, sorted(at), found, _LEAST))
+                swept_errors = [one_sided_mean(errors(at[x])) for x in sorted(at)]
+                drawn.append(_curve(metric, sorted(at), swept_errors, _LEAST))
             caption = (
                 f"Mean FLIP of the {view} view, noise extrapolated to zero, all but the ground "
                 f"pruned, with one-sided 95 % bounds. It reaches {_compared_at(view)} at {reached}."
@@ -449,9 +451,10 @@ def _colonnade_plots(points: Sequence[Point]) -> Iterable[Plot]:
         ("area of the image", "pixels"),
         ("solid angle", "solid_angle_usr"),
     ):
-        y = np.array([point.values(name).mean() for point in row])
+        sizes = np.array([point.values(name).mean() for point in row])
         line = (x, law) if name == "shaft_mpx" else ([], [])
-        drawn.append(Curve(label, x, (y / y[colonnade.MIDDLE]).tolist(), line=line))
+        shares = (sizes / sizes[colonnade.MIDDLE]).tolist()
+        drawn.append(Curve(label, x, shares, line=line))
     caption = (
         "Equal columns in a row parallel to the picture plane, 12 m from the eye. To the side "
         "their images grow and the solid angles that they subtend shrink: outermost ÷ middle is "

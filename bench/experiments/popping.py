@@ -228,8 +228,10 @@ def cases(topic: str, sizes: Mapping[str, Any]) -> list[Case]:
         walks = sizes["walks"], sizes["unseen"], variant
         return [*switches, *(Walks(way, *walks) for way in WALK_WAYS)]
     if topic == "films":
-        ends = sizes["frames"]
-        return [Clip(name, way, *ends, variant) for name in sizes["clips"] for way in CLIP_WAYS]
+        first, last = sizes["frames"]
+        return [
+            Clip(name, way, first, last, variant) for name in sizes["clips"] for way in CLIP_WAYS
+        ]
     made: list[Case] = []
     for preset in sizes["presets"]:
         place = places(preset, 1, sizes["size"], first_seed(sizes["unseen"]))[0]
@@ -242,7 +244,7 @@ def cases(topic: str, sizes: Mapping[str, Any]) -> list[Case]:
 
 
 def measure(case: Case, seed: int) -> Point:
-    """Count switches, or the parts that pop, and measure changes that motion does not explain."""
+    """Count switches, or the parts that pop, and measure motion-compensated residuals."""
     if isinstance(case, Switches):
         return _measure_switches(case, seed)
     if isinstance(case, Walks):

@@ -1,8 +1,7 @@
-"""The readings of the metric, everything, and culling alone, as arms.
+"""Which methods are there? Readings of the metric, baselines, and methods of other packages.
 
-Which arms are there? Those of this package, and those of other packages by entry point.
-
-A package names its arms (``bench.methods.method.Arm``) in the group ``lodbench.arms``.
+A package names its methods (``bench.methods.method.Method``) in the entry-point group
+``lodbench.arms``.
 """
 
 from dataclasses import replace
@@ -10,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from bench.methods.discrete_levels import DISCRETE
-from bench.methods.method import DETAILS_PX, Arm, Updater, by_view, engine_view, frame_of
+from bench.methods.method import DETAILS_PX, Method, Updater, by_view, engine_view, frame_of
 from bench.methods.stochastic import STOCHASTIC
 from lod.errors import InputError
 from lod.metric import METRICS, Metric, full
@@ -19,48 +18,45 @@ from scenes.field.cells import candidates
 from scenes.field.species_field import SpeciesField
 from scenes.frame.frame_input import DisplayedRepresentation, FrameInput, display
 from scenes.plugins import installed, load_entry
-from scenes.presets.schema import Preset
-from scenes.scene import assemble_frame, camera_between
-from scenes.world.world import World
+from scenes.scene import Scene
 
-DISTANCES_M = (800.0, 400.0, 200.0, 100.0, 50.0)
+GROUP = "lodbench.arms"
 
 
-def metric_arm(name: str, **more: float) -> Arm:
-    """Return the arm of one reading of the metric, with everything that lodbench does beside it.
+def metric_method(name: str, **more: float) -> Method:
+    """Return the method of one reading of the metric, with everything lodbench does beside it.
 
     ``more`` are other keys of the preset's table ``view``.
     """
 
-    def prepare(world: World, preset: Preset, setting: float) -> Updater:
-        view = preset.view.model_copy(update={"metric": name, "detail": setting, **more})
-        pruned = preset.model_copy(update={"view": view})
-        return lambda frame, variant: assemble_frame(world, pruned, frame, variant)
+    def prepare(scene: Scene, setting: float) -> Updater:
+        keys = {"metric": name, "detail": setting, **more}
+        view = scene.preset.view.model_copy(update=keys)
+        return scene.with_preset(scene.preset.model_copy(update={"view": view})).input
 
     about = METRICS[name].about
-    return Arm(name, about, "Blake 1987, §2.4", "detail threshold τ [px]", DETAILS_PX, prepare)
+    return Method(name, about, "Blake 1987, §2.4", "detail threshold τ [px]", DETAILS_PX, prepare)
 
 
 CLIPPED = replace(
-    metric_arm("blake", fade=0.0),
+    metric_method("blake", fade=0.0),
     name="clipped",
     about="blake, with parts that switch at once instead of fading",
 )
 """The metric as the paper has it, for moving pictures; still ones hardly differ from ``blake``."""
 
 
-def prepare_everything(world: World, preset: Preset, setting: float) -> Updater:
-    """Keep everything. Where nothing moves the first frame's input is used again, camera aside."""
-    if any(field.moves for field in world.fields):
-        return lambda frame, variant: assemble_frame(world, preset, frame, variant)
+def _prepare_unpruned(scene: Scene, setting: float) -> Updater:
+    """Where nothing moves the first frame's input is used again, camera aside."""
+    if any(field.moves for field in scene.world.fields):
+        return scene.input
     kept: list[FrameInput] = []
 
     def update(frame: int, variant: str) -> FrameInput:
         if not kept:
-            kept.append(assemble_frame(world, preset, frame, variant))
-        first = kept[0]
-        camera = camera_between(world, preset, frame, first.camera.corner)
-        return replace(first, camera=camera, seconds={})
+            kept.append(scene.input(frame, variant))
+        camera = scene.camera(frame, kept[0].camera.corner)
+        return replace(kept[0], camera=camera, seconds={})
 
     return update
 
@@ -74,23 +70,23 @@ def culled_beyond(view: View, distance_m: float) -> View:
     return replace(engine_view(view), metric=Metric("distance", limit, "culled by distance"))
 
 
-def culled_out_of_view(view: View, setting: float) -> View:
+def _culled_out_of_view(view: View, setting: float) -> View:
     """Return a view in which all parts that reach into the pyramid of view are displayed.
 
-    It finds the objects that ``IN_VIEW`` keeps, and foretells their memory, but for parts that lie
+    It finds the objects that ``in_view`` keeps, and estimates their memory, but for parts that lie
     outside though their object reaches in: few in a world much larger than its objects.
     """
     metric = Metric("in view", full, "culled by view", along_axis=True, finite=False)
     return replace(engine_view(view), metric=metric)
 
 
-def display_in_view(field: SpeciesField, view: View) -> DisplayedRepresentation:
+def _display_in_view(field: SpeciesField, view: View) -> DisplayedRepresentation:
     """Display every part of the objects whose spheres reach into the pyramid of view.
 
-    Objects are kept or dropped whole: for parts dropped one by one, leaf appearances of what owns
-    them would stand in the picture, right before an eye that stands among trees.
+    Objects are kept or dropped as a whole: for parts dropped one by one, leaf appearances of what
+    owns them would stand in the picture, right before an eye that stands among trees.
     """
-    pyramid, whole = culled_out_of_view(view, 0.0), engine_view(view)
+    pyramid, whole = _culled_out_of_view(view, 0.0), engine_view(view)
     samples, examined = candidates(field.cells, pyramid, field.search_bounds(pyramid))
     grown = field.in_habitat(view.camera.corner, samples)
     roots = field.prototypes.wholes(field.instances_in_view(grown, whole), whole)
@@ -99,64 +95,57 @@ def display_in_view(field: SpeciesField, view: View) -> DisplayedRepresentation:
     return display(field, cut, whole)
 
 
-def prepare_in_view(world: World, preset: Preset, setting: float) -> Updater:
-    """Cull the objects of every frame by its view."""
-    return lambda frame, variant: frame_of(world, preset, frame, variant, display_in_view)
+def _prepare_in_view(scene: Scene, setting: float) -> Updater:
+    return lambda frame, variant: frame_of(scene, frame, variant, _display_in_view)
 
 
-EVERYTHING = Arm(
-    "full",
-    "everything there is, built once where nothing moves",
-    "no method",
-    "none",
-    (0.0,),
-    prepare_everything,
-    lambda view, setting: view,
-)
-DISTANCE = Arm(
-    "distance",
-    "whole detail up to a distance, nothing beyond",
-    "distance culling",
-    "distance [m]",
-    DISTANCES_M,
-    by_view(culled_beyond),
-    culled_beyond,
-)
-IN_VIEW = Arm(
-    "in_view",
-    "whole objects that reach into the pyramid of view, no others",
-    "view culling",
-    "none",
-    (0.0,),
-    prepare_in_view,
-    culled_out_of_view,
-)
-
-
-ARMS = "lodbench.arms"
-
-OURS: dict[str, Arm] = {
-    arm.name: arm
-    for arm in (
-        *map(metric_arm, ("blake", "bounded", "solid_angle", "depth")),
-        EVERYTHING,
+METHODS: dict[str, Method] = {
+    method.name: method
+    for method in (
+        *map(metric_method, ("blake", "bounded", "solid_angle", "depth")),
+        Method(
+            "full",
+            "the unpruned reference, built once where nothing moves",
+            "no method",
+            "none",
+            (0.0,),
+            _prepare_unpruned,
+            lambda view, setting: view,
+        ),
         DISCRETE,
         STOCHASTIC,
-        DISTANCE,
-        IN_VIEW,
+        Method(
+            "distance",
+            "full detail up to a distance, nothing beyond",
+            "distance culling",
+            "distance [m]",
+            (800.0, 400.0, 200.0, 100.0, 50.0),
+            by_view(culled_beyond),
+            culled_beyond,
+        ),
+        Method(
+            "in_view",
+            "all of the objects that reach into the pyramid of view, no others",
+            "view culling",
+            "none",
+            (0.0,),
+            _prepare_in_view,
+            _culled_out_of_view,
+        ),
     )
 }
-"""The arms of this package by name; ``full`` is what the others are compared with."""
+"""The methods of this package by name; ``full`` is what the others are compared with."""
 
 
-def arms() -> dict[str, Arm]:
-    """Return every arm by name, this package's first.
+def methods() -> dict[str, Method]:
+    """Return every method by name, this package's first.
 
-    Raises InputError for an installed arm that cannot be imported, and for one of a taken name.
+    Raises InputError for an installed one that cannot be imported, and for one of a taken name.
     """
-    found = dict(OURS)
-    for name in installed(ARMS):
+    found = dict(METHODS)
+    for name in installed(GROUP):
         if name in found:
-            raise InputError(f"{ARMS} {name}", name, "a name that no arm has", "rename the arm")
-        found[name] = load_entry(ARMS, name, Arm)
+            rule = "a name that no method has"
+            raise InputError(f"{GROUP} {name}", name, rule, "rename the method")
+        found[name] = load_entry(GROUP, name, Method)
     return found

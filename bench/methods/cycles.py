@@ -1,4 +1,9 @@
-"""A described frame as flat arrays that another renderer's program can read."""
+"""Is what pruning gains the renderer's or the metric's? The same frames in Cycles.
+
+Both renderers draw the same sticks, meshes, sun and sky in clear air, with a box filter and paths
+of the same length: unpruned, and cut by the metric. Each has noise and errors of its own, against
+its own unpruned picture.
+"""
 
 import json
 import os
@@ -12,20 +17,109 @@ from typing import Any
 import numpy as np
 
 from bench.images.compare import EPSILON, mean_flip
-from bench.methods.catalogue import OURS
+from bench.methods.catalogue import METHODS
 from bench.methods.environments import CYCLES, answer_of
-from bench.methods.runner import Runner, Window, prepared_runner
+from bench.methods.runner import Runner, Window
 from bench.records.records import Column, Point
 from scenes.render import variants
 from scenes.render.description import Description, describe_frame
 from scenes.render.pictures import auto_exposure, to_srgb
 from scenes.render.render import build_frame
-from scenes.world.world import build_world
+
+TRIED = (("full", 0.0), ("blake", 1.0), ("blake", 4.0))
+"""Methods and settings that are rendered, the unpruned first."""
+
+SEEDS = 0, 1
 
 SKY_ROWS = 256
 """Rows of the picture of the sky: it has no sun, and changes slowly."""
 
 _MESH = "vertices", "faces", "normals", "colours"
+
+Pictures = Sequence[np.ndarray]
+
+
+def measure_cycles(case: Window, seed: int) -> list[Point]:
+    """Render one window in both renderers, unpruned and cut; needs the environment ``CYCLES``."""
+    scene = case.scene(seed, "air.visibility=clear")
+    named: dict[str, Any] = {"topic": "rivals", "part": "cycles", "kind": case.kind}
+    named |= {"objects": case.objects, "field": case.field}
+    reference: dict[str, Pictures] = {}
+    points = []
+    for name, setting in TRIED:
+        runner = Runner(METHODS[name], setting, scene)
+        found = {"mitsuba": _mitsuba(runner, case), "cycles": _cycles(runner, case)}
+        runner.forget()
+        for renderer, (pictures, samples, seconds) in found.items():
+            first, other = reference.setdefault(renderer, pictures)
+            exposure = auto_exposure(other)
+            shown = [
+                to_srgb(np.maximum(each, 0.0), exposure).astype(np.float32)
+                for each in (pictures[0], first, other)
+            ]
+            columns = {
+                "noise": noise(pictures, case.picture.spp),
+                "light": [round(1e6 * float(each.mean())) for each in pictures],
+                "flip": [round(1e6 * mean_flip(shown[0], shown[2]))],
+                "flip_floor": [round(1e6 * mean_flip(shown[1], shown[2]))],
+            }
+            times = (
+                Column("us", [round(1e6 * each) for each in row], {"stage": stage})
+                for stage, row in seconds.items()
+            )
+            where = {**named, "arm": name, "setting": setting, "renderer": renderer}
+            errors = (Column(quantity, row) for quantity, row in columns.items())
+            points.append(Point(where, samples=(samples, *times, *errors)))
+    return points
+
+
+def _mitsuba(runner: Runner, case: Window) -> tuple[Pictures, Column, dict[str, list[float]]]:
+    """Build and trace by Mitsuba twice; the first time compiles, and is not counted."""
+    runner.made = runner.update(1, case.variant)
+    for _ in range(2):
+        runner.built = build_frame(runner.made)
+    layers = [runner.picture(each) for each in (*SEEDS, *SEEDS)][len(SEEDS) :]
+    times = {stage: [layers[0].seconds[stage]] for stage in ("describe", "build")}
+    times["trace"] = [each.seconds["trace"] for each in layers]
+    sticks = Column("sticks", [runner.statistics["sticks"]])
+    return [each.rgb.astype(np.float64) for each in layers], sticks, times
+
+
+def _cycles(runner: Runner, case: Window) -> tuple[Pictures, Column, dict[str, list[float]]]:
+    """Render by Cycles; what one sample takes is read from a picture of one and those of many."""
+    made = runner.update(1, case.variant)
+    start = time.perf_counter()
+    arrays = scene_arrays(describe_frame(made), case.variant)
+    describe = time.perf_counter() - start
+    spp = case.picture.spp
+    asked = {"spp": spp, "seeds": SEEDS, "max_depth": made.quality.max_depth}
+    with tempfile.TemporaryDirectory() as folder:
+        source, target = (str(Path(folder) / name) for name in ("scene.npz", "pictures.npz"))
+        np.savez(source, **arrays)
+        words = json.dumps({**asked, "threads": os.cpu_count() or 1})
+        found = answer_of(CYCLES, "cycles_child.py", words, source, target)
+        pictures = np.load(target)["pictures"].astype(np.float64)
+    seconds: dict[str, Any] = found["seconds"]
+    (one,), most = seconds["one"], seconds["all"]
+    traced = [max(each - one, 0.0) * spp / (spp - 1) for each in most]
+    build = [max(one - each / spp, 0.0) for each in traced]
+    times = {"describe": [describe], "synchronise": seconds["synchronise"], "build": build}
+    held = Column("peak_bytes", [found["peak_bytes"][1]])
+    return list(pictures), held, {**times, "trace": traced}
+
+
+def noise(pictures: Pictures, spp: int) -> list[int]:
+    """Return the relative variance of a sample, from each picture and the next [millionths].
+
+    It is the variance of a pixel times its samples, ÷ squared light, by ``rel_mse``'s rule; a
+    stratified sampler has less than independent samples would have.
+    """
+    mean = np.mean(pictures, axis=0)
+    exposure = auto_exposure(mean)
+    over = (mean * exposure) ** 2 + EPSILON
+    squares = (((a - b) * exposure) ** 2 / over for a, b in pairwise(pictures))
+    found = (spp * np.mean(each) / 2 for each in squares)
+    return [round(1e6 * float(each)) for each in found]
 
 
 def scene_arrays(description: Description, variant: str) -> dict[str, Any]:
@@ -88,100 +182,3 @@ def light_arrays(light: Description, variant: str) -> dict[str, np.ndarray]:
         "to_sun": light["to_sun"],
         "sun": sun_irradiance(light),
     }
-
-
-TRIED = (("full", 0.0), ("blake", 1.0), ("blake", 4.0))
-"""Arms and settings that are rendered, the whole first."""
-
-SEEDS = 0, 1
-
-Pictures = Sequence[np.ndarray]
-
-
-def measure_cycles(case: Window, seed: int) -> list[Point]:
-    """Render one window in both renderers, whole and cut; needs the environment ``CYCLES``."""
-    preset = case.preset(seed, "air.visibility=clear")
-    world = build_world(preset)
-    where = {"part": "cycles", "kind": case.kind, "objects": case.objects, "field": case.field}
-    whole: dict[str, Pictures] = {}
-    points = []
-    for name, setting in TRIED:
-        runner = prepared_runner(OURS[name], setting, world, preset)
-        found = {"mitsuba": _mitsuba(runner, case), "cycles": _cycles(runner, case)}
-        runner.forget()
-        for renderer, (pictures, samples) in found.items():
-            compared = _errors(pictures, whole.setdefault(renderer, pictures))
-            grain = Column("noise", noise(pictures, case.picture.spp))
-            light = Column("light", [round(1e6 * float(each.mean())) for each in pictures])
-            named = {**where, "arm": name, "setting": setting, "renderer": renderer}
-            points.append(Point(named, samples=(*samples, grain, light, *compared)))
-    return points
-
-
-def _mitsuba(runner: Runner, case: Window) -> tuple[Pictures, list[Column]]:
-    """Build and trace by Mitsuba twice; the first time compiles, and is not counted."""
-    runner.made = runner.updater(1, case.variant)
-    for _ in range(2):
-        runner.built = build_frame(runner.made)
-    layers = [runner.picture(each) for each in (*SEEDS, *SEEDS)][len(SEEDS) :]
-    times = {stage: [layers[0].seconds[stage]] for stage in ("describe", "build")}
-    times["trace"] = [each.seconds["trace"] for each in layers]
-    sticks = Column("sticks", [runner.statistics["sticks"]])
-    return [each.rgb.astype(np.float64) for each in layers], [sticks, *_times(times)]
-
-
-def _cycles(runner: Runner, case: Window) -> tuple[Pictures, list[Column]]:
-    """Render by Cycles; what one sample takes is read from a picture of one and those of many."""
-    made = runner.updater(1, case.variant)
-    start = time.perf_counter()
-    arrays = scene_arrays(describe_frame(made), case.variant)
-    describe = time.perf_counter() - start
-    spp = case.picture.spp
-    asked = {"spp": spp, "seeds": SEEDS, "max_depth": made.quality.max_depth}
-    with tempfile.TemporaryDirectory() as folder:
-        source, target = (str(Path(folder) / name) for name in ("scene.npz", "pictures.npz"))
-        np.savez(source, **arrays)
-        words = json.dumps({**asked, "threads": os.cpu_count() or 1})
-        found = answer_of(CYCLES, "cycles_child.py", words, source, target)
-        pictures = np.load(target)["pictures"].astype(np.float64)
-    seconds: dict[str, Any] = found["seconds"]
-    (one,), most = seconds["one"], seconds["all"]
-    traced = [max(each - one, 0.0) * spp / (spp - 1) for each in most]
-    build = [max(one - each / spp, 0.0) for each in traced]
-    times = {"describe": [describe], "synchronise": seconds["synchronise"], "build": build}
-    held = Column("peak_bytes", [found["peak_bytes"][1]])
-    return list(pictures), [held, *_times({**times, "trace": traced})]
-
-
-def _times(seconds: dict[str, list[float]]) -> list[Column]:
-    return [
-        Column("us", [round(1e6 * each) for each in row], {"stage": stage})
-        for stage, row in seconds.items()
-    ]
-
-
-def _errors(tested: Pictures, whole: Pictures) -> list[Column]:
-    """Return FLIP to the whole picture of another seed, and that of the whole one itself."""
-    exposure = auto_exposure(whole[1])
-    one, two, other = (
-        to_srgb(np.maximum(each, 0.0), exposure).astype(np.float32)
-        for each in (tested[0], whole[0], whole[1])
-    )
-    return [
-        Column("flip", [round(1e6 * mean_flip(one, other))]),
-        Column("flip_floor", [round(1e6 * mean_flip(two, other))]),
-    ]
-
-
-def noise(pictures: Sequence[np.ndarray], spp: int) -> list[int]:
-    """Return the relative variance of a sample, from each picture and the next [millionths].
-
-    It is the variance of a pixel times its samples, ÷ squared light, by ``rel_mse``'s rule; a
-    stratified sampler has less than independent samples would have.
-    """
-    mean = np.mean(pictures, axis=0)
-    exposure = auto_exposure(mean)
-    over = (mean * exposure) ** 2 + EPSILON
-    squares = (((a - b) * exposure) ** 2 / over for a, b in pairwise(pictures))
-    found = (spp * np.mean(each) / 2 for each in squares)
-    return [round(1e6 * float(each)) for each in found]

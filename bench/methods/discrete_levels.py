@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bench.methods.method import DETAILS_PX, Arm, Updater, engine_view, frame_of
+from bench.methods.method import DETAILS_PX, Method, Updater, engine_view, frame_of
 from lod.arrays import ArrayData, FloatArray, IntArray
 from lod.metric import Metric
 from lod.pruner import Cut, Parts, cut_from_parts, prune
@@ -19,8 +19,7 @@ from lod.view import View, distance
 from scenes.field.cells import CellSamples
 from scenes.field.species_field import SpeciesField
 from scenes.frame.frame_input import DisplayedRepresentation, display
-from scenes.presets.schema import Preset
-from scenes.world.world import World
+from scenes.scene import Scene
 
 OMITTED = (0.0, 1 / 32, 1 / 8, 1 / 2, 1.0)
 """Size of the largest part that each version leaves out ÷ the whole's; the last leaves out all."""
@@ -60,7 +59,7 @@ NOTHING = VersionMemory(np.zeros(0, np.int64), np.zeros(0, np.int64))
 """What is remembered before the first frame."""
 
 
-def prepare(world: World, preset: Preset, setting: float) -> Updater:
+def prepare(scene: Scene, setting: float) -> Updater:
     """Make an updater that remembers the version of every object from frame to frame."""
     memories: dict[str, VersionMemory] = {}
 
@@ -70,7 +69,7 @@ def prepare(world: World, preset: Preset, setting: float) -> Updater:
         cut, memories[field.name] = cut_with_hysteresis(field, mine, before)
         return display(field, cut, mine)
 
-    return lambda frame, variant: frame_of(world, preset, frame, variant, shown)
+    return lambda frame, variant: frame_of(scene, frame, variant, shown)
 
 
 def cut_with_hysteresis(
@@ -121,7 +120,7 @@ def _taken(parts: Parts, kept: np.ndarray, wide: Cut) -> Cut:
     return cut_from_parts(replace(taken, parent=parent), wide.examined_objects, wide.examined_parts)
 
 
-DISCRETE = Arm(
+DISCRETE = Method(
     "discrete",
     "one of four versions of a whole object by its projected size, with hysteresis",
     "Luebke et al. 2003",

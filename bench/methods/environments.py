@@ -111,7 +111,7 @@ def answer_of(environment: Environment, script: str, asked: str, *arguments: str
     """
     python = environment.python()
     if python is None:
-        cure = f"`lodbench study environments {environment.name}` makes it"
+        cure = f"`lodbench environments {environment.name}` makes it"
         raise InputError(environment.name, "no environment", "it is made on request", cure)
     mine = {k: v for k, v in os.environ.items() if not k.startswith("PYTHON")}
     done = subprocess.run(

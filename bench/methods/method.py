@@ -1,4 +1,4 @@
-"""What is an arm of the comparison? One way to make frames of a world, with one knob."""
+"""What is a method of the comparison? One way to make frames of a world, with one knob."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -7,9 +7,7 @@ from lod.pruner import prune
 from lod.view import View
 from scenes.field.species_field import SpeciesField
 from scenes.frame.frame_input import DisplayedRepresentation, FrameInput, display
-from scenes.presets.schema import Preset
-from scenes.scene import assemble_frame, view_at
-from scenes.world.world import World
+from scenes.scene import Scene
 
 DETAILS_PX = (0.5, 1.0, 2.0, 4.0, 8.0)
 """Detail thresholds that methods with one are tried at, from the finest [px]."""
@@ -23,18 +21,18 @@ before, nothing but the camera has changed, and the scene is not built again.
 
 
 @dataclass(frozen=True)
-class Arm:
+class Method:
     """One way to make frames, and how finely it can be set.
 
     name, about   what tables show
     source        where the method is published
     knob          what its setting means, with the unit
     settings      the settings that are tried, from the finest to the coarsest
-    prepare       function from a world, its preset and a setting to an ``Updater``, called once.
-                  The preset is unpruned (its metric is ``full``) and its world has an edge
-    widest        function from the whole world's view and a setting to a view that displays at
-                  least what the arm does, from which its memory is foretold. None: small parts far
-                  away are always left out, and nothing is foretold
+    prepare       function from a scene and a setting to an ``Updater``, called once. The scene's
+                  preset is unpruned (its metric is ``full``) and its world has an edge
+    widest        function from the unpruned view and a setting to a view that displays at least
+                  what the method does, from which its memory is estimated. None: small parts far
+                  away are always left out, and nothing is estimated
     """
 
     name: str
@@ -42,33 +40,32 @@ class Arm:
     source: str
     knob: str
     settings: tuple[float, ...]
-    prepare: Callable[[World, Preset, float], Updater]
+    prepare: Callable[[Scene, float], Updater]
     widest: Callable[[View, float], View] | None = None
 
 
 def frame_of(
-    world: World,
-    preset: Preset,
+    scene: Scene,
     frame: int,
     variant: str,
     shown: Callable[[SpeciesField, View], DisplayedRepresentation],
 ) -> FrameInput:
-    """Make the input of a frame whose fields are thinned by ``shown``; all else is left whole."""
-    rest = assemble_frame(replace(world, fields=()), preset, frame, variant)
-    view = view_at(world, preset, frame)
-    fields = tuple(shown(each, view) for each in world.fields)
+    """Make the input of a frame whose fields are thinned by ``shown``; all else is unpruned."""
+    rest = scene.with_world(replace(scene.world, fields=())).input(frame, variant)
+    view = scene.view(frame)
+    fields = tuple(shown(each, view) for each in scene.world.fields)
     return replace(rest, displayed=(*rest.displayed, *fields))
 
 
-def by_view(change: Callable[[View, float], View]) -> Callable[[World, Preset, float], Updater]:
-    """Return the ``prepare`` of an arm that prunes fields in a view changed by its setting."""
+def by_view(change: Callable[[View, float], View]) -> Callable[[Scene, float], Updater]:
+    """Return the ``prepare`` of a method that prunes fields in a view changed by its setting."""
 
-    def prepare(world: World, preset: Preset, setting: float) -> Updater:
+    def prepare(scene: Scene, setting: float) -> Updater:
         def shown(field: SpeciesField, view: View) -> DisplayedRepresentation:
             mine = change(view, setting)
             return display(field, prune(field, mine), mine)
 
-        return lambda frame, variant: frame_of(world, preset, frame, variant, shown)
+        return lambda frame, variant: frame_of(scene, frame, variant, shown)
 
     return prepare
 

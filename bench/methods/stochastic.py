@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from bench.methods.method import DETAILS_PX, Arm, Updater, engine_view, frame_of
+from bench.methods.method import DETAILS_PX, Method, Updater, engine_view, frame_of
 from lod.arrays import ArrayData, FloatArray, IntArray, expand
 from lod.pruner import BlendWeights, Cut
 from lod.shapes import Sticks
@@ -26,9 +26,8 @@ from scenes.field.part_tables import DisplayedSticks
 from scenes.field.prototypes import SpeciesPrototypes
 from scenes.field.species_field import SpeciesField
 from scenes.frame.frame_input import DisplayedRepresentation
-from scenes.presets.schema import Preset
 from scenes.rig.pose import Instances
-from scenes.world.world import World
+from scenes.scene import Scene
 
 FADE = 0.2
 """The share of the drawn sticks that are shrinking."""
@@ -117,14 +116,14 @@ def toward_mean(tints: np.ndarray, mean: np.ndarray) -> np.ndarray:
     return (mean + steps * (tints - mean)).reshape(-1, 3)
 
 
-def prepare(world: World, preset: Preset, setting: float) -> Updater:
+def prepare(scene: Scene, setting: float) -> Updater:
     """Order the sticks of every prototype once, and make an updater that draws some of them."""
-    elements = {field.name: elements_of(field.prototypes) for field in world.fields}
+    elements = {field.name: elements_of(field.prototypes) for field in scene.world.fields}
 
     def shown(field: SpeciesField, view: View) -> DisplayedRepresentation:
         return _shown(field, elements[field.name], engine_view(view), setting)
 
-    return lambda frame, variant: frame_of(world, preset, frame, variant, shown)
+    return lambda frame, variant: frame_of(scene, frame, variant, shown)
 
 
 def _shown(field: SpeciesField, mine: Elements, view: View, detail: float) -> Any:
@@ -161,7 +160,7 @@ def _no_parts() -> Any:
     raise NotImplementedError("sticks drawn at random belong to whole objects alone")
 
 
-STOCHASTIC = Arm(
+STOCHASTIC = Method(
     "stochastic",
     "a stable random subset of the finest sticks, made larger and muted",
     "Cook et al. 2007",

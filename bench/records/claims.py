@@ -89,11 +89,12 @@ class Claim:
                  a number has no error, ``unreplicated`` where its error is not known
     source       where the claim comes from: a section of Blake (1987) as ``§2.4``, or another text
     measured, low, high   the estimate and its 95 % interval
+    replicates   how many independent units the interval is from
     violation_expected   whether the theory says that it fails here, so that failing refutes nothing
     headline     whether the report's first screen shows it
 
     Raises InputError unless all numbers are finite, low ≤ measured ≤ high and margin ≥ 0, and for
-    an interval of no width that is neither exact nor said to be unreplicated.
+    a single value without an interval that is neither exact nor said to be unreplicated.
     """
 
     estimand: str
@@ -106,6 +107,7 @@ class Claim:
     measured: float
     low: float
     high: float
+    replicates: int = 1
     kind: Kind = "measurement"
     violation_expected: bool = False
     headline: bool = False
@@ -116,7 +118,8 @@ class Claim:
             raise InputError(f"claim {self.name}", numbers, "every number is finite")
         if not (self.low <= self.measured <= self.high and self.margin >= 0):
             raise InputError(f"claim {self.name}", numbers, "low <= measured <= high, margin >= 0")
-        if self.low == self.high and self.unit not in (EXACT, UNREPLICATED):
+        alone = self.low == self.high and self.replicates < 2
+        if alone and self.unit not in (EXACT, UNREPLICATED):
             rule = f"an interval with a width, or the unit {EXACT} or {UNREPLICATED}"
             raise InputError(f"claim {self.name}", self.measured, rule)
 
@@ -165,7 +168,11 @@ class Claim:
     def measured_text(self) -> str:
         """The estimate with its interval, or the word for why it has none."""
         value, low, high = (four_decimals(v) for v in (self.measured, self.low, self.high))
-        return f"{value} ({self.unit})" if self.low == self.high else f"{value} ({low} to {high})"
+        return (
+            f"{value} ({self.unit})"
+            if self.unit in (EXACT, UNREPLICATED)
+            else f"{value} ({low} to {high})"
+        )
 
     def as_json(self) -> dict[str, Any]:
         """Return plain data with the name, the sentence and the verdict."""
@@ -205,6 +212,7 @@ def claim(
         estimate.value,
         estimate.low,
         estimate.high,
+        estimate.rows,
         kind,
         violation_expected,
         headline,

@@ -1,19 +1,13 @@
-"""What did one case give? Named columns of raw numbers, beside what was predicted for them.
+"""A record is what one run of an experiment measured: raw, immutable, with its provenance.
 
-A column is named by its quantity and by further keys, as ``parts`` with ``air`` hazy and ``size``
+It holds a point for each case: named columns of raw numbers, beside what was predicted for them. A
+column is named by its quantity and by further keys, as ``parts`` with ``air`` hazy and ``size``
 over 3 m: claims, tables and plots pick and group columns by these names, and no text is parsed.
 
-What is a record? What one run of an experiment measured: raw, immutable, with its provenance.
-
 The file is JSON, ``experiment-<first 16 of the SHA-256>.json``. The SHA-256 is that of the content
-as canonical JSON (sorted keys, no blanks), stands in the file, and is checked on every reading.
-
-Pictures that a record holds, so that the report can lay them over each other.
-
-A record names them under ``notes["pictures"]``: small WebP files as base64 text, inside the record
-and so under its hash.
-
-What is the JSON schema of a record's file? Run as a module, it is printed.
+as canonical JSON (sorted keys, no blanks), stands in the file, and is checked on every reading. Run
+as a module, this file prints the schema. Pictures that the report lays over each other are small
+WebP files as base64 text under ``notes["pictures"]``, inside the record and so under its hash.
 """
 
 import base64
@@ -25,13 +19,13 @@ from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field, fields
 from functools import cached_property
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
 import numpy as np
 from PIL import Image
 from pydantic import TypeAdapter
 
-from bench.records.claims import Claim, Verdict, claim_from
+from bench.records.claims import JSON_VERDICT, Claim, claim_from
 from bench.records.provenance import Provenance
 from lod.arrays import Reals
 from lod.errors import InputError
@@ -359,8 +353,13 @@ def record_schema() -> dict[str, Any]:
     """
     content = TypeAdapter(Record).json_schema()
     types = content.pop("$defs")
-    types["Claim"]["properties"]["verdict"] = {"enum": list(get_args(Verdict))}
-    types["Claim"]["required"] += ["relation", "verdict"]
+    said: dict[str, Any] = {key: {"type": "string"} for key in ("name", "sentence")}
+    said |= {
+        "predicted": {"type": "number"},
+        "verdict": {"enum": sorted(set(JSON_VERDICT.values()))},
+    }
+    types["Claim"]["properties"] |= said
+    types["Claim"]["required"] += list(said)
     types["Provenance"]["properties"]["scene"] = _SHA256
     for each in (content, *types.values()):
         each["additionalProperties"] = False

@@ -1,9 +1,7 @@
-"""Which words does the report use for verdicts, groups of claims and symbols?
+"""The report as data: sections of blocks in reading order, which both writers walk.
 
-The report as data: sections of blocks in reading order, which both writers walk.
-
-A section is one record; its blocks are what a reader meets, one after the other. ``html`` and
-``markdown`` say how each kind of block looks, and nothing of what stands in it.
+A section is one record; its blocks are what a reader meets, one after the other. ``pages`` says how
+each kind of block looks, and nothing of what stands in it; ``first_screen`` says what comes first.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -110,9 +108,6 @@ def claim_cells(claim: Claim) -> tuple[str, ...]:
     )
 
 
-TITLE = "lodbench: what was claimed, and what was measured"
-
-
 @dataclass(frozen=True)
 class TableBlock:
     """A heading and a table of text cells; ``folded`` where only few readers want it."""
@@ -167,7 +162,48 @@ class OriginBlock:
     command: str
 
 
-Block = TableBlock | ClaimsBlock | PlotsBlock | PicturesBlock | ListBlock | OriginBlock
+@dataclass(frozen=True)
+class TextBlock:
+    """A paragraph; text between backquotes is code. ``lede`` where it opens the page."""
+
+    text: str
+    lede: bool = False
+
+
+@dataclass(frozen=True)
+class Headline:
+    """One measured claim in a row of the first screen, and the section that it is from.
+
+    cells    texts of the row, after the verdict
+    drawing  the claimed range and the interval, as a small SVG
+    """
+
+    section: "Section"
+    claim: Claim
+    cells: tuple[str, ...]
+    drawing: str
+
+
+@dataclass(frozen=True)
+class HeadlinesBlock:
+    """The claims that a reader of one minute sees, a row each under their heads."""
+
+    title: str
+    caption: str
+    heads: tuple[str, ...]
+    rows: Sequence[Headline]
+
+
+Block = (
+    TableBlock
+    | ClaimsBlock
+    | PlotsBlock
+    | PicturesBlock
+    | ListBlock
+    | OriginBlock
+    | TextBlock
+    | HeadlinesBlock
+)
 
 
 @dataclass(frozen=True)
@@ -236,21 +272,6 @@ class Section:
         if self.point_table[1]:
             yield TableBlock("Every point", *self.point_table, folded=True)
         yield self.origin
-
-
-@dataclass(frozen=True)
-class Document:
-    """The whole report; ``glossary`` explains words."""
-
-    sections: Sequence[Section]
-    title: str = TITLE
-    glossary: Sequence[tuple[str, str]] = GLOSSARY
-
-    @property
-    def verified(self) -> str:
-        """Everything that was verified, in one sentence."""
-        checks = [claim for each in self.sections for claim in each.of_kind("verification")]
-        return verified(checks)
 
 
 def run_command(record: Record) -> str:

@@ -1,33 +1,36 @@
-"""The report as one HTML page: no request, everything inside, readable without its script.
+"""How does each kind of block look: on one HTML page, and in Markdown?
 
-The markup stands in two templates beside this file: ``page.html``, and ``blocks.html``, which has a
-macro for each kind of block.
-
-The report as Markdown, its plots and pictures as files beside it.
+The HTML page asks for nothing, has everything inside, and can be read without its script. Its
+markup stands in two templates beside this file: ``page.html``, and ``blocks.html``, which has a
+macro for each kind of block. In Markdown, plots and pictures are files beside the text.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup, escape
 
 from bench.plots import Plot
+from bench.records.claims import Claim
 from bench.records.records import Pictures
 from bench.report.document import (
+    GLOSSARY,
     MARKS,
     Block,
     ClaimsBlock,
-    Document,
+    HeadlinesBlock,
     ListBlock,
     OriginBlock,
     PicturesBlock,
     PlotsBlock,
     Section,
     TableBlock,
+    TextBlock,
     claim_cells,
 )
-from bench.report.first_screen import LIMITS, MEASURED, WHAT_THIS_IS_NOT, headlines
+from bench.report.first_screen import TITLE, first_screen
 
 _FOLDER = Path(__file__).parent
 _MARK = Markup(
@@ -36,7 +39,7 @@ _MARK = Markup(
 """A point of a plot: nothing that is seen, and its numbers under the pointer."""
 
 
-def to_html(document: Document) -> str:
+def to_html(sections: Sequence[Section]) -> str:
     """Write the whole page."""
     environment = Environment(
         loader=FileSystemLoader(_FOLDER),
@@ -46,7 +49,6 @@ def to_html(document: Document) -> str:
         lstrip_blocks=True,
     )
     environment.globals |= {"marks": MARKS, "cells": claim_cells}
-    environment.globals |= {"measured": MEASURED, "limits": LIMITS, "is_not": WHAT_THIS_IS_NOT}
     environment.filters |= {
         "kind": lambda block: type(block).__name__,
         "breakable": _breakable,
@@ -54,9 +56,14 @@ def to_html(document: Document) -> str:
         "svg": _svg,
     }
     script = Markup((_FOLDER / "page.js").read_text(encoding="utf-8"))
-    shown = headlines(document.sections)
     page = environment.get_template("page.html")
-    return page.render(document=document, headlines=shown, script=script)
+    return page.render(
+        title=TITLE,
+        first=list(first_screen(sections)),
+        sections=sections,
+        glossary=GLOSSARY,
+        script=script,
+    )
 
 
 def _svg(plot: Plot, section: Section) -> Markup:
@@ -86,14 +93,16 @@ PLOTS = "plots"
 """Folder of the plots and pictures, beside report.md."""
 
 
-def to_markdown(document: Document) -> str:
+def to_markdown(sections: Sequence[Section]) -> str:
     """Write the whole document."""
-    pieces = [f"# {document.title}", *_first(document)]
-    for section in document.sections:
+    pieces = [f"# {TITLE}"]
+    for block in first_screen(sections):
+        pieces += _pieces(None, block, "##")
+    for section in sections:
         pieces += [f"## {section.title}", f"**{section.question}** {section.answer}"]
         pieces += [f"**{section.stale}**"] if section.stale else []
         pieces += [piece for block in section.blocks() for piece in _pieces(section, block)]
-    pieces += ["## Words and symbols", _table(("word", "meaning"), document.glossary)]
+    pieces += ["## Words and symbols", _table(("word", "meaning"), GLOSSARY)]
     return "\n\n".join(pieces) + "\n"
 
 
@@ -107,54 +116,42 @@ def picture_path(section: Section, pictures: Pictures, number: int) -> str:
     return f"{PLOTS}/{section.anchor}-{pictures.name}-{number}.webp"
 
 
-def _first(document: Document) -> Iterator[str]:
-    """Give what the first screen shows."""
-    heads = "verdict", "claim", "measured (95 %)", "unit", "command"
-    rows = [
-        (
-            f"{MARKS[each.claim.verdict]} {each.claim.verdict_text}"
-            + (" (older code)" if each.section.stale else ""),
-            each.claim.sentence,
-            each.claim.measured_text,
-            each.claim.unit,
-            f"`{each.command}`",
-        )
-        for each in headlines(document.sections)
-    ]
-    if rows:
-        yield f"## {MEASURED}\n\n" + _table(heads, rows)
-    yield document.verified
-    yield f"## {LIMITS}\n\n" + "\n".join(f"- {each}" for each in WHAT_THIS_IS_NOT)
-
-
-def _pieces(section: Section, block: Block) -> Iterator[str]:
+def _pieces(section: Any, block: Block, level: str = "###") -> Iterator[str]:
     match block:
+        case TextBlock(text):
+            yield text
+        case HeadlinesBlock(title, _, heads, rows):
+            marked = [
+                (
+                    _verdict(each.claim) + (" (older code)" if each.section.stale else ""),
+                    *each.cells,
+                )
+                for each in rows
+            ]
+            yield f"{level} {title}\n\n" + _table(heads[:-1], marked)
         case TableBlock(title, heads, rows):
-            yield f"### {title}\n\n" + _table(heads, rows)
+            yield f"{level} {title}\n\n" + _table(heads, rows)
         case ClaimsBlock(title, heads, claims, _):
-            yield f"### {title}"
-            signed = [(f"{MARKS[c.verdict]} {c.verdict_text}", *claim_cells(c)) for c in claims]
-            yield _table(heads, signed)
+            told = [(_verdict(each), *claim_cells(each)) for each in claims]
+            yield f"{level} {title}\n\n" + _table(heads, told)
         case PlotsBlock(plots):
             for plot in plots:
                 image = f"![{plot.alt}]({plot_path(section, plot)})"
-                yield f"### {plot.title}\n\n{image}\n\n{plot.caption}"
+                yield f"{level} {plot.title}\n\n{image}\n\n{plot.caption}"
         case PicturesBlock(pictures):
-            yield f"### {pictures.title}\n\n{pictures.caption}"
-            yield _pictures(section, pictures)
+            labels = [label for label, _ in pictures.layers]
+            paths = (picture_path(section, pictures, number) for number in range(len(labels)))
+            cells = [f"![{a}. {pictures.alt}]({b})" for a, b in zip(labels, paths, strict=True)]
+            yield f"{level} {pictures.title}\n\n{pictures.caption}\n\n{_table(labels, [cells])}"
         case ListBlock(title, items):
-            yield f"### {title}\n\n" + "\n".join(f"- {item}" for item in items)
+            yield f"{level} {title}\n\n" + "\n".join(f"- {item}" for item in items)
         case OriginBlock(heads, rows, command):
-            yield "### Where it comes from\n\n" + _table(heads, rows)
+            yield f"{level} Where it comes from\n\n" + _table(heads, rows)
             yield f"Repeat it: `{command}`"
 
 
-def _pictures(section: Section, pictures: Pictures) -> str:
-    cells = [
-        f"![{label}. {pictures.alt}]({picture_path(section, pictures, number)})"
-        for number, (label, _) in enumerate(pictures.layers)
-    ]
-    return _table([label for label, _ in pictures.layers], [cells])
+def _verdict(claim: Claim) -> str:
+    return f"{MARKS[claim.verdict]} {claim.verdict_text}"
 
 
 def _table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:

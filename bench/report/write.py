@@ -1,9 +1,4 @@
-"""Is a record of older code? Marked where its sources are others and its probe has changed.
-
-Which numbers does the report give to programs? All claims and points, with record hashes.
-
-How does a folder of records become a report: one offline page, Markdown, CSV and JSON?
-"""
+"""How does a folder of records become a report: one offline page, Markdown, CSV and JSON?"""
 
 import base64
 import csv
@@ -15,12 +10,12 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from multiprocessing import get_context
 from pathlib import Path
-from typing import TypeVar
+from typing import Any
 
 from bench.experiment import Progress, experiments, point_table, silent
 from bench.records.probe import NOTE, SOURCES, has_changed, take_probe
 from bench.records.records import Record, pictures_of, read_records
-from bench.report.document import Document, Section
+from bench.report.document import Section
 from bench.report.pages import picture_path, plot_path, to_html, to_markdown
 from bench.runs import sources
 from lod.errors import InputError
@@ -32,74 +27,11 @@ NO_PROBE = (
 CHANGED = "Of older code: the frame that this record keeps as a probe comes out otherwise today."
 OTHER_VERSION = "Of older code: its experiment asks something else today."
 
-
-def stale(record: Record) -> str:
-    """Say in a sentence that a record is of older code; an empty text where it is not.
-
-    A frame is rendered only where the sources are others than those that made the record.
-    """
-    experiment = experiments().get(record.experiment)
-    if experiment is not None and experiment.version != record.version:
-        return OTHER_VERSION
-    probe = record.notes.get(NOTE)
-    if probe is None:
-        return NO_PROBE
-    if record.notes.get(SOURCES) == sources():
-        return ""
-    return CHANGED if has_changed(probe, take_probe(probe["preset"])) else ""
-
-
-TABLES = "tables"
-"""Folder of the points, with a file for each record."""
-
 _CLAIM = (
     *("name", "verdict", "estimand", "relation", "value", "margin", "measured", "low", "high"),
     *("unit", "where", "source", "kind", "sentence"),
 )
-
-
-def claims_csv(sections: Sequence[Section]) -> str:
-    """Write a CSV row for each claim."""
-    heads = "experiment", "quick", "record_sha256", *_CLAIM
-    rows = (
-        (s.record.experiment, s.record.quick, s.record.sha256, *(getattr(c, k) for k in _CLAIM))
-        for s in sections
-        for c in s.claims
-    )
-    return _csv(heads, rows)
-
-
-def claims_json(sections: Sequence[Section]) -> str:
-    """Write a JSON object for each record."""
-    data = [
-        {
-            "experiment": s.record.experiment,
-            "quick": s.record.quick,
-            "record_sha256": s.record.sha256,
-            "commit": s.record.provenance.commit,
-            "claims": [claim.as_json() for claim in s.claims],
-        }
-        for s in sections
-    ]
-    return json.dumps(data, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
-
-
-def points_csv(section: Section) -> str:
-    """Write the record's point table as CSV, as it is on the page."""
-    heads, rows = section.point_table
-    sha256 = section.record.sha256
-    return _csv(("record_sha256", *heads), ((sha256, *row) for row in rows))
-
-
-def _csv(heads: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
-    stream = io.StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(heads)
-    writer.writerows(rows)
-    return stream.getvalue()
-
-
-_Result = TypeVar("_Result")
+"""The columns of claims.csv, after those of the record."""
 
 
 def write_report(
@@ -111,37 +43,61 @@ def write_report(
     cannot be written, and for files of the same names that are no report's, unless ``overwrite``.
     """
     folder = Path(folder)
-    records = read_records(folder)
+    names = list(experiments())
+
+    def place(record: Record) -> int:
+        return names.index(record.experiment) if record.experiment in names else len(names)
+
+    records = sorted(read_records(folder), key=place)
     if not records:
-        cure = f"make one with `lodbench run scaling -o {folder}`"
+        cure = f"make one with `lodbench run law -o {folder}`"
         raise InputError("DIR", str(folder), "a folder with at least one record", cure)
     html, markdown = folder / "report.html", folder / "report.md"
     replaces = overwrite or made_by_lodbench(html)
     for path in (html, markdown):  # before the work of judging
         check_free(path, replaces, "DIR")
-    sections = _sections(sorted(records, key=_place), progress)
+    sections = _sections(records, progress)
     progress(2 * len(records), 2 * len(records) + 1, "pages")
-    report = Document(sections)
-    files: dict[Path, str | bytes] = {html: to_html(report), markdown: to_markdown(report)}
-    files |= {folder / name: text for name, text in _beside(sections).items()}
+    files: dict[Path, str | bytes] = {html: to_html(sections), markdown: to_markdown(sections)}
+    files |= {folder / name: content for name, content in _beside(sections).items()}
     for path in files:
         check_free(path, replaces, "DIR")
     try:
         for path, content in files.items():
-            _write(path, content)
+            path.parent.mkdir(parents=True, exist_ok=True)
+            with whole_file(path, overwrite=True) as temporary:
+                temporary.write_bytes(content.encode() if isinstance(content, str) else content)
     except OSError as error:
         raise InputError("DIR", str(folder), f"a folder to write into ({error.strerror})") from None
     return html, markdown
 
 
 def _beside(sections: list[Section]) -> dict[str, str | bytes]:
-    """Give the files that stand beside the page: plots, pictures and numbers, by their names."""
+    """Give the files that stand beside the page: numbers, plots and pictures, by their names."""
+    runs = [
+        {
+            "experiment": each.record.experiment,
+            "quick": each.record.quick,
+            "record_sha256": each.record.sha256,
+            "commit": each.record.provenance.commit,
+            "claims": [claim.as_json() for claim in each.claims],
+        }
+        for each in sections
+    ]
+    rows = [
+        (s.record.experiment, s.record.quick, s.record.sha256, *(getattr(c, k) for k in _CLAIM))
+        for s in sections
+        for c in s.claims
+    ]
     files: dict[str, str | bytes] = {
-        "claims.csv": claims_csv(sections),
-        "claims.json": claims_json(sections),
+        "claims.csv": _csv(("experiment", "quick", "record_sha256", *_CLAIM), rows),
+        "claims.json": json.dumps(runs, indent=1, ensure_ascii=False, allow_nan=False) + "\n",
     }
     for section in sections:
-        files[f"{TABLES}/{section.anchor}.csv"] = points_csv(section)
+        sha256 = section.record.sha256
+        heads, points = point_table(section.record.points, most_columns=10**6)
+        table = _csv(("record_sha256", *heads), [(sha256, *row) for row in points])
+        files[f"tables/{section.anchor}.csv"] = table
         for plot in section.plots:
             files[plot_path(section, plot)] = plot.svg
         for each in section.pictures:
@@ -150,10 +106,10 @@ def _beside(sections: list[Section]) -> dict[str, str | bytes]:
     return files
 
 
-def _place(record: Record) -> int:
-    """Order records by experiment, as `lodbench list` has them, and unknown ones after them."""
-    names = list(experiments())
-    return names.index(record.experiment) if record.experiment in names else len(names)
+def _csv(heads: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+    stream = io.StringIO()
+    csv.writer(stream, lineterminator="\n").writerows([heads, *rows])
+    return stream.getvalue()
 
 
 def _sections(records: Sequence[Record], progress: Progress) -> list[Section]:
@@ -163,7 +119,7 @@ def _sections(records: Sequence[Record], progress: Progress) -> list[Section]:
     imported twice.
     """
 
-    def told(results: Iterable[_Result], doing: str, before: int = 0) -> Iterator[_Result]:
+    def told(results: Iterable[Any], doing: str, before: int = 0) -> Iterator[Any]:
         coming = iter(results)
         for number, record in enumerate(records, before):
             progress(number, 2 * len(records) + 1, f"{doing} {record.experiment}")
@@ -182,10 +138,9 @@ def _sections(records: Sequence[Record], progress: Progress) -> list[Section]:
 
 def _section(record: Record) -> Section:
     """Work a record out; one of another version of its experiment says what it said when made."""
-    experiment = experiments().get(record.experiment)
+    experiment, table = experiments().get(record.experiment), point_table(record.points)
+    shown = pictures_of(record)
     if experiment is None or experiment.version != record.version:
-        shown = pictures_of(record)
-        table = point_table(record.points)
         return Section(record, record.experiment, record.claims, (), table, pictures=shown)
     judged = replace(record, claims=experiment.judged(record.points))
     return Section(
@@ -193,14 +148,24 @@ def _section(record: Record) -> Section:
         experiment.question,
         judged.claims,
         experiment.plots(judged),
-        point_table(record.points),
+        table,
         experiment.caveats,
-        pictures_of(record),
+        shown,
         experiment.tables(judged) if experiment.tables else (),
     )
 
 
-def _write(path: Path, content: str | bytes) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with whole_file(path, overwrite=True) as temporary:
-        temporary.write_bytes(content.encode() if isinstance(content, str) else content)
+def stale(record: Record) -> str:
+    """Say in a sentence that a record is of older code; an empty text where it is not.
+
+    A frame is rendered only where the sources are others than those that made the record.
+    """
+    experiment = experiments().get(record.experiment)
+    if experiment is not None and experiment.version != record.version:
+        return OTHER_VERSION
+    probe = record.notes.get(NOTE)
+    if probe is None:
+        return NO_PROBE
+    if record.notes.get(SOURCES) == sources():
+        return ""
+    return CHANGED if has_changed(probe, take_probe(probe["preset"])) else ""

@@ -23,7 +23,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-import statsmodels.api as sm
 from scipy import stats
 
 from lod.arrays import Reals
@@ -233,6 +232,8 @@ def _fit(
         raise InputError("counts", len(counts), f"{len(design)} finite counts, none below 0")
     if not counts.any():
         raise InputError("counts", 0, "something was counted", "widen the sweep")
+    import statsmodels.api as sm  # 80 MB, of which processes whose memory is measured need none
+
     weights = 1 / (np.ones(len(counts)) if dispersion is None else _positive("φ", dispersion))
     model = sm.GLM(counts, design, sm.families.Poisson(), offset=offset, var_weights=weights)
     fit = model.fit(scale="X2")

@@ -15,7 +15,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import statsmodels.api as sm
 from jaxtyping import Float64
 from scipy import stats
 
@@ -65,6 +64,8 @@ def fit_exponent(x: Reals, y: Reals) -> Estimate:
     The fit is least squares of logarithms; errors are HC3, the interval is Student's. Raises
     InputError for fewer than 3 values and for values that are not finite and above 0.
     """
+    import statsmodels.api as sm
+
     fit = sm.OLS(np.log(_positive(y)), sm.add_constant(np.log(_positive(x)))).fit(cov_type="HC3")
     value, error = float(fit.params[1]), float(fit.bse[1])
     return student_interval(value, error, float(fit.df_resid), len(y))
@@ -78,6 +79,8 @@ def compare_with_log(x: Reals, y: Reals) -> RivalModels:
     """
     if len(x) < LEAST_ROWS:
         raise InputError("compare_with_log", len(x), f"at least {LEAST_ROWS} rows")
+    import statsmodels.api as sm
+
     design = sm.add_constant(np.log(_positive(x)))
     power, plain = sm.OLS(np.log(_positive(y)), design).fit(), sm.OLS(y, design).fit()
     gained = float(plain.aic - (power.aic + 2 * np.log(y).sum()))

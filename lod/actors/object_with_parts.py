@@ -42,7 +42,7 @@ def query(method: Method[Receiver, Given, Result]) -> Method[Receiver, Given, Re
 def mutator(method: Method[Receiver, Given, Result]) -> Method[Receiver, Given, Result]:
     """Let messages have a method carried out: it changes state, all or nothing.
 
-    State is kept in attributes that are bound anew, to values that never change; what a method
+    State is kept in attributes that are bound again, to values that never change; what a method
     alters within a list or an array of its own stays altered when the change is refused.
     """
     return _by_message(method, changes=True)

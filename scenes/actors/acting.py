@@ -7,7 +7,7 @@ With a budget no more than so many are, the most urgent first.
 **The temporal metric of actors** (§2): by how much may an actor that coasts be off on the image?
 A body keeps its speed and its rate of turning until it is told to go otherwise, and both change by
 no more than ``ACCELERATION`` a and ``SPIN_ACCELERATION`` α a second since it was told.
-So t seconds after that, against a body that was told anew all the time, with v its speed, u and Δ
+So t seconds after that, against a body that was told again all the time, with v its speed, u and Δ
 that speed and a·t as shares of its own walk's,
 
     its place is off by at most    a·t²/2 + v·α·t³/6,

@@ -184,7 +184,9 @@ def _fit_level(
         hides = borne & ~stays
         order = np.flatnonzero(hides)[np.argsort(bearer[hides], kind="stable")]
         hidden = parts.own.take(hides).with_owner(m, bearer[hides])
-        groups, blob_of_stick = cluster(hidden, blob_counts(hidden.count))
+        tenfolds = np.log10(np.maximum(hidden.count, 2))
+        counts = np.ceil(BLOBS_PER_DECADE * tenfolds).astype(np.int64)
+        groups, blob_of_stick = cluster(hidden, counts)
         blobs = groups.table(m, fit_radii(groups, wood, target))
         kept = parts.shown(parts.above(level)).with_sticks(wood)
         # The mean albedo of the sticks that each blob stands for, by their area.
@@ -296,35 +298,23 @@ class Blobs:
         return StickTable.of(parts, self.part, self.centre - half, self.centre + half, *radii, tint)
 
 
-def blob_counts(hidden: Ints) -> Ints:
-    """Choose how many blobs stand for so many hidden sticks, (n,): a few more for each tenfold."""
-    counts: Ints = np.ceil(BLOBS_PER_DECADE * np.log10(np.maximum(hidden, 2))).astype(np.int64)
-    return counts
-
-
 def cluster(hidden: StickTable, max_blobs: Ints) -> tuple[Blobs, Int64[np.ndarray, " k"]]:
     """Gather the hidden sticks of each part into at most ``max_blobs`` (n,) blobs.
 
     Returns the blobs, and the blob of each stick, (k,).
     """
-    weight = mean_outline_areas(hidden)
-    group, part = _stratify(hidden.first, _split_points(hidden, weight), weight, max_blobs)
-    centre, axes, extent = _ellipsoids(hidden, weight, group, len(part))
-    radius = np.sqrt(extent[:, 0] * extent[:, 1])
-    return Blobs(part, centre, axes[:, :, 2], extent[:, 2], radius), group
-
-
-def _split_points(hidden: StickTable, weight: Reals) -> Points:
-    """Find the points (k, 3) along which the sticks of each part are split into groups [m].
-
-    They are their middles, or of a flat spray how far those are aside.
-    """
-    owner, middle = hidden.owner, (hidden.start + hidden.end) / 2
+    weight, owner = mean_outline_areas(hidden), hidden.owner
+    # Sticks are split along their middles, those of a flat spray along how far these are aside.
+    middle = (hidden.start + hidden.end) / 2
     centre, axes, extent = _ellipsoids(hidden, weight, owner, len(hidden.first) - 1)
     flat = extent[:, 1] ** 2 > FLAT * extent[:, 0] * extent[:, 2]
     aside = np.zeros_like(middle)
     aside[:, 0] = ((middle - centre[owner]) * axes[owner, :, 1]).sum(axis=1)
-    return np.where(flat[owner][:, None], aside, middle)
+    points = np.where(flat[owner][:, None], aside, middle)
+    group, part = _stratify(hidden.first, points, weight, max_blobs)
+    centre, axes, extent = _ellipsoids(hidden, weight, group, len(part))
+    radius = np.sqrt(extent[:, 0] * extent[:, 1])
+    return Blobs(part, centre, axes[:, :, 2], extent[:, 2], radius), group
 
 
 def _ellipsoids(
@@ -355,13 +345,9 @@ def fit_radii(blobs: Blobs, wood: StickTable, target: Reals, rounds: int = 6) ->
     bare = fitting_area(wood)
     for _ in range(rounds):
         covered = fitting_area(StickTable.merge((wood, blobs.table(len(target), factor))))
-        factor *= radius_step(target - bare, covered - bare)
+        ratio = (target - bare) / np.maximum(covered - bare, 1e-12)
+        factor *= np.clip(ratio, 0.1, 4.0) ** _STEP
     return factor
-
-
-def radius_step(target: Reals, covered: Reals) -> Reals:
-    """Compute a factor on radii for the covered area to come nearer to the target, (n,)."""
-    return np.clip(target / np.maximum(covered, 1e-12), 0.1, 4.0) ** _STEP
 
 
 def fitting_area(table: StickTable) -> Reals:

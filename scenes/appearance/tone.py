@@ -79,17 +79,14 @@ def fit_tone(
     azimuths (``scenes.sticks.by_view``).
     """
     shapes = [each.scaled(SIZE_M / float(each.hierarchy.R[0])) for each in objects]
-    key = content_key([_rounded(each) for each in shapes], illumination, lines)
+    rounded = []  # so that the size of an object does not tell
+    for each in shapes:
+        sticks = (each.inner.first, *each.inner.columns, each.leaf.first, *each.leaf.columns)
+        meshes = () if each.meshes is None else each.meshes.surface
+        rest = each.tints, each.view_dependence.area_share, each.hierarchy.level
+        rounded.append([np.round(column, 6) for column in (*sticks, *meshes, *rest)])
+    key = content_key(rounded, illumination, lines)
     return kept("tone", key, lambda: {"tone": _fit(shapes, illumination, lines)}, CODE)["tone"]
-
-
-def _rounded(one: Prototype) -> list[np.ndarray]:
-    """Round what the light of an object depends on, so that its size does not tell."""
-    tables = [column for each in (one.inner, one.leaf) for column in (each.first, *each.columns)]
-    views, h = one.view_dependence, one.hierarchy
-    if one.meshes is not None:
-        tables += one.meshes.surface
-    return [np.round(each, 6) for each in (*tables, one.tints, views.area_share, h.level)]
 
 
 def _fit(

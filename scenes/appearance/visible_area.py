@@ -22,7 +22,7 @@ from numba import njit
 from lod.arrays import Reals
 from lod.shapes import StickTable
 from lod.threads import map_chunks
-from scenes.sticks.areas import _along, _frame
+from scenes.sticks.areas import along, frame_across
 from scenes.sticks.by_view import ELEVATIONS_DEG
 from scenes.sticks.shapes import Shapes
 
@@ -61,14 +61,14 @@ def _columns(shown: StickTable | Shapes) -> tuple[np.ndarray, ...]:
 
 @njit(cache=True, nogil=True)
 def _first_met(start, end, r0, r1, corners, direction, spacing, reach):  # type: ignore[no-untyped-def]
-    across, up = _frame(direction)
-    x0, y0, z0 = _along(start, across), _along(start, up), _along(start, direction)
-    x1, y1, z1 = _along(end, across), _along(end, up), _along(end, direction)
+    across, up = frame_across(direction)
+    x0, y0, z0 = along(start, across), along(start, up), along(start, direction)
+    x1, y1, z1 = along(end, across), along(end, up), along(end, direction)
     flat = np.empty((len(corners), 3, 3))
     for c in range(3):
         points = np.ascontiguousarray(corners[:, c])
-        flat[:, c, 0], flat[:, c, 1] = _along(points, across), _along(points, up)
-        flat[:, c, 2] = _along(points, direction)
+        flat[:, c, 0], flat[:, c, 1] = along(points, across), along(points, up)
+        flat[:, c, 2] = along(points, direction)
     low_x, low_y, wide, high = -reach, -reach, 2 * reach, 2 * reach
     if reach < 0:  # as far as the sticks reach
         low_x, wide = _columns_across(x0, x1, r0, r1, flat[:, :, 0], spacing)

@@ -21,23 +21,29 @@ from scenes.processes.cache import content_key, kept
 
 
 class SearchBounds(NamedTuple):
-    """Where wholes of a species can pass their tests, whatever else is known of them.
+    """Where wholes of a species can pass their tests in a view, whatever else is known of them.
 
     limit, limit_offscreen  (v,) greatest true distance of the eye from the origin of a whole of
             each prototype, in view and out of it [m]; bound (v,) its B [m]
-    radius  greatest such distance in view of any prototype [m]
+    farthest, farthest_offscreen, widest  the greatest of each of them [m]
+    horizontal  greatest distance in plan of a cell from the eye [m]
     max_offset  how far in plan that origin can be from the object's place in its cell [m]
-    low, high   heights that it cannot be beyond [m]
+    gap     how far the eye is above all origins, or below them [m]
+    middle, spread  of the heights of origins, and how far those are from there, in plan too [m]
     half_window half the side of the world; inf = no edge [m]
     """
 
     limit: np.ndarray
     limit_offscreen: np.ndarray
     bound: np.ndarray
-    radius: float
+    farthest: float
+    farthest_offscreen: float
+    widest: float
+    horizontal: float
     max_offset: float
-    low: float
-    high: float
+    gap: float
+    middle: float
+    spread: float
     half_window: float
 
 
@@ -55,69 +61,52 @@ def search_bounds(
     heights that the origin of a whole cannot be beyond [m]; extent: side of the world, None = no
             edge
     """
-    inside, outside = limits
+    (inside, outside), (low, high), eye_z = limits, heights, float(view.camera.eye[2])
     pairs = zip(inside.tolist(), bound.tolist(), strict=True)
     limit = np.array([search_radius(view, each, radius) for each, radius in pairs])
-    radius = search_radius(view, float(inside.max()), float(bound.max()))
-    half_window = math.inf if extent is None else extent / 2
-    return SearchBounds(limit, outside, bound, radius, max_offset, *heights, half_window)
-
-
-class CellReach(NamedTuple):
-    """Which cells may hold a displayed whole: all lengths in metres.
-
-    horizontal  greatest distance of a cell from the eye, in plan
-    limit, limit_offscreen  greatest true distances of a whole, in view and out of it
-    max_offset  how far in plan the origin of a whole can be from its place in the cell
-    height_gap  how far the eye is above all origins, or below them
-    mid_height, radius  middle of the heights of all that a cell holds, and radius about it
-    """
-
-    horizontal: float
-    limit: float
-    limit_offscreen: float
-    max_offset: float
-    height_gap: float
-    mid_height: float
-    radius: float
-
-
-def cell_reach(view: View, bounds: SearchBounds, side: float) -> CellReach:
-    """Compute the reach of a search among square cells of that side [m]."""
-    low, high, eye_z = bounds.low, bounds.high, view.camera.eye[2]
+    widest = float(bound.max())
+    farthest = search_radius(view, float(inside.max()), widest)
     gap = max(0.0, eye_z - high, low - eye_z)
-    horizontal = math.sqrt(max(bounds.radius**2 - gap**2, 0.0)) + bounds.max_offset
-    bound, outside = float(bounds.bound.max()), float(bounds.limit_offscreen.max())
-    radius = side / math.sqrt(2) + (high - low) / 2 + bounds.max_offset + bound
-    lengths = horizontal, bounds.radius, outside, bounds.max_offset, gap
-    return CellReach(*lengths, (low + high) / 2, radius)
+    return SearchBounds(
+        limit,
+        outside,
+        bound,
+        farthest,
+        float(outside.max()),
+        widest,
+        math.sqrt(max(farthest**2 - gap**2, 0.0)) + max_offset,
+        max_offset,
+        gap,
+        (low + high) / 2,
+        (high - low) / 2 + max_offset,
+        math.inf if extent is None else extent / 2,
+    )
 
 
 @njit(cache=True)
-def cell_in_reach(view, east, north, side, reach):  # type: ignore[no-untyped-def]
+def cell_in_reach(view, east, north, side, bounds):  # type: ignore[no-untyped-def]
     """Tell whether the cell about that middle may hold a displayed whole, in view or out of it."""
     aside_x = max(abs(east - view.eye[0]) - side / 2, 0.0)
     aside_y = max(abs(north - view.eye[1]) - side / 2, 0.0)
     near = math.sqrt(aside_x * aside_x + aside_y * aside_y)
-    if near > reach.horizontal:
+    if near > bounds.horizontal:
         return False
     if view.look_around:
         return True
-    away = _min_distance(near, reach.max_offset, reach.height_gap)
-    if away > reach.limit:
+    away = _min_distance(near, bounds)
+    if away > bounds.farthest:
         return False
-    if not away > reach.limit_offscreen:
+    if not away > bounds.farthest_offscreen:
         return True
-    return sphere_in_frustum(view, east, north, reach.mid_height, reach.radius)
+    radius = side / math.sqrt(2.0) + bounds.spread + bounds.widest
+    return sphere_in_frustum(view, east, north, bounds.middle, radius)
 
 
 @njit(cache=True, inline="always")
-def _min_distance(horizontal, max_offset, height_gap):  # type: ignore[no-untyped-def]
-    """Least true distance from the eye of anything that may be ``max_offset`` nearer in plan than
-    ``horizontal``, and is at least ``height_gap`` higher or lower [m].
-    """
-    nearer = max(horizontal - max_offset, 0.0)
-    return math.sqrt(nearer * nearer + height_gap * height_gap)
+def _min_distance(horizontal, bounds):  # type: ignore[no-untyped-def]
+    """Least true distance from the eye of an origin whose place is so far away in plan [m]."""
+    nearer = max(horizontal - bounds.max_offset, 0.0)
+    return math.sqrt(nearer * nearer + bounds.gap * bounds.gap)
 
 
 @dataclass(frozen=True, eq=False)
@@ -316,15 +305,12 @@ def _could_pass(view, bounds, kind, east, north):  # type: ignore[no-untyped-def
     Distances and radii have a billionth of room for rounding: what is kept in vain is rejected by
     the traversal.
     """
-    gap = max(0.0, view.eye[2] - bounds.high, bounds.low - view.eye[2])
     away = math.sqrt((east - view.eye[0]) ** 2 + (north - view.eye[1]) ** 2)
-    away = _min_distance(away, bounds.max_offset, gap) * (1 - 1e-9)
+    away = _min_distance(away, bounds) * (1 - 1e-9)
     passed = away < bounds.limit[kind]
     if passed and not away < bounds.limit_offscreen[kind]:
-        spread = (bounds.high - bounds.low) / 2 + bounds.max_offset
-        radius = (bounds.bound[kind] + spread) * (1 + 1e-9)
-        middle = (bounds.low + bounds.high) / 2
-        passed = sphere_in_frustum(view, east, north, middle, radius)
+        radius = (bounds.bound[kind] + bounds.spread) * (1 + 1e-9)
+        passed = sphere_in_frustum(view, east, north, bounds.middle, radius)
     return passed
 
 
@@ -332,9 +318,8 @@ def cells_in_reach(
     cells: PoissonCells, view: View, bounds: SearchBounds
 ) -> tuple[np.ndarray, np.ndarray]:
     """Find the cells that may hold a displayed whole, in view or not, row by row: x, y (n,)."""
-    reach = cell_reach(view, bounds, cells.side_m)
     spans, lattice = search_spans(cells, view, bounds), cells.lattice(view.camera.corner)
-    return _cells_in_reach(spans, lattice, compile_view(view), reach)
+    return _cells_in_reach(spans, lattice, compile_view(view), bounds)
 
 
 def search_spans(
@@ -345,7 +330,7 @@ def search_spans(
     Raises InputError where nothing bounds the search.
     """
     side, lattice = cells.side_m, cells.lattice(view.camera.corner)
-    reach, window = cell_reach(view, bounds, side).horizontal / side, bounds.half_window / side
+    reach, window = bounds.horizontal / side, bounds.half_window / side
     if math.isinf(reach) and math.isinf(window):
         rule, cure = "this metric needs a finite world", "-D world.extent=500"
         raise InputError("world.extent", None, rule, cure)
@@ -367,7 +352,7 @@ def search_spans(
 
 
 @njit(cache=True)
-def _cells_in_reach(spans, lattice, view, reach):  # type: ignore[no-untyped-def]
+def _cells_in_reach(spans, lattice, view, bounds):  # type: ignore[no-untyped-def]
     """Those of the cells in ``spans`` that are in reach, row by row: x, y (n,)."""
     x0, x1, y0, y1 = spans
     side = lattice.side
@@ -377,7 +362,7 @@ def _cells_in_reach(spans, lattice, view, reach):  # type: ignore[no-untyped-def
         north = (y - lattice.cell_y + 0.5) * side - lattice.rest_y
         for x in range(x0, x1):
             east = (x - lattice.cell_x + 0.5) * side - lattice.rest_x
-            if cell_in_reach(view, east, north, side, reach):
+            if cell_in_reach(view, east, north, side, bounds):
                 cell_x[n], cell_y[n] = x, y
                 n += 1
     return cell_x[:n], cell_y[:n]

@@ -11,7 +11,7 @@ import numpy as np
 
 from lod.law import spread_nodes
 from lod.view import View, compile_view
-from scenes.field.cells import CellReach, cell_in_reach, cell_reach, search_spans
+from scenes.field.cells import SearchBounds, cell_in_reach, search_spans
 from scenes.field.species_field import SpeciesField
 
 _NODES = 768
@@ -43,15 +43,16 @@ def forecast_field(field: SpeciesField, view: View) -> FieldForecast:
     view = field.species.seen_in(view)
     cells, bounds = field.cells, field.search_bounds(view)
     side, lattice = cells.side_m, cells.lattice(view.camera.corner)
-    reach = cell_reach(view, bounds, side)
     x0, x1, y0, y1 = search_spans(cells, view, bounds)
     origin = np.array([lattice.cell_x, lattice.cell_y]), np.array([lattice.rest_x, lattice.rest_y])
     low, high = ((np.array(n) - origin[0]) * side - origin[1] for n in ((x0, y0), (x1, y1)))
-    xy, area = _nodes(view, reach, low, high, field.extent is not None)
+    xy, area = _nodes(view, bounds, low, high, field.extent is not None)
     steps = np.floor((xy + origin[1]) / side)
     number = steps.astype(np.int64) + origin[0]
     middle, compiled = (steps + 0.5) * side - origin[1], compile_view(view)
-    near = np.array([cell_in_reach(compiled, *each, side, reach) for each in middle.tolist()], bool)
+    near = np.array(
+        [cell_in_reach(compiled, *each, side, bounds) for each in middle.tolist()], bool
+    )
     near &= ((number >= (x0, y0)) & (number < (x1, y1))).all(axis=1)
     share = area[near] / side**2  # of a cell, or how many, for which a node stands
     cell, node = np.unique(number[near] @ (1, 1j), return_inverse=True)
@@ -78,11 +79,11 @@ def forecast_field(field: SpeciesField, view: View) -> FieldForecast:
 
 
 def _nodes(
-    view: View, reach: CellReach, low: np.ndarray, high: np.ndarray, is_window: bool
+    view: View, bounds: SearchBounds, low: np.ndarray, high: np.ndarray, is_window: bool
 ) -> tuple[np.ndarray, np.ndarray]:
     """Nodes (n, 2) [m] from the corner, and the area that each stands for (n,) [m²]."""
     eye = view.camera.eye[:2]
-    farthest = min(reach.horizontal, 1e15)  # cells there are as fine as their numbers can say
+    farthest = min(bounds.horizontal, 1e15)  # cells there are as fine as their numbers can say
     if is_window and ((eye < low) | (eye > high)).any():
         # The eye is outside of the window: an even net over that.
         sides = np.indices((32, 24)).reshape(2, -1).T + 0.5

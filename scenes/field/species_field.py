@@ -237,14 +237,6 @@ class SpeciesField:
         heights, bound = (low + lowest - sway, high + highest + sway), tables.bound[tables.root]
         return search_bounds(view, (inside, outside), bound, offset, heights, self.extent)
 
-    def instances_in_cells(
-        self, corner: Corner, cell_x: np.ndarray, cell_y: np.ndarray, time_s: float = 0.0
-    ) -> InstancesInView:
-        """Pose all objects of the given cells with homes in the window, at a time [s]."""
-        samples = self.sample_cells(corner, cell_x, cell_y)
-        instances = self._place(corner, samples, time_s, None)
-        return InstancesInView(instances, samples, np.zeros(len(samples)))
-
     def sample_cells(self, corner: Corner, cell_x: np.ndarray, cell_y: np.ndarray) -> CellSamples:
         """Draw the objects of cells that have their homes in the window and grow there."""
         samples = self.cells.sample(cell_x, cell_y)

@@ -48,7 +48,7 @@ class AnimalFile(Anatomy):
 File = TypeVar("File", bound=AnimalFile)
 
 
-def load_animal(file: Traversable, kind: type[File] = AnimalFile) -> File:
+def load_animal(file: Traversable, kind: type[File]) -> File:
     """Read the tables of an animal's file. Raises InputError for the first thing wrong with it."""
     animal = read_model_file(file, kind, {})
     _check_names(animal, file.name)
@@ -110,7 +110,7 @@ def animal_tables(name: str) -> AnimalFile:
     """
     if name not in animal_names():
         raise InputError("animal", name, f"one of {', '.join(animal_names())}")
-    return load_animal(resources.files("scenes.figures") / "animals" / f"{name}.toml")
+    return load_animal(resources.files("scenes.figures") / "animals" / f"{name}.toml", AnimalFile)
 
 
 @lru_cache(maxsize=16)

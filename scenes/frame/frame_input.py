@@ -1,10 +1,6 @@
-"""What one representation displays in a frame, and how it looks at any time near the frame's.
+"""What one frame is rendered from: what is displayed, the light, and how it is sampled.
 
-The window of a picture that is rendered: a crop, or the whole.
-
-How a frame is sampled: variant, samples, seed, depth of paths and kind of haze.
-
-What one frame is rendered from, passed whole to the renderer; nothing here knows it.
+It is passed whole to the renderer, of which nothing here knows.
 """
 
 import hashlib
@@ -22,7 +18,7 @@ from lod.pruner import BlendWeights, Cut, Moving, Parts, Representation
 from lod.shapes import Appearance, Sticks, SticksAndTriangles
 from lod.update_schedule import DrawnState, apply_state
 from lod.view import View
-from scenes.world.light import Light
+from scenes.world.sun_and_sky import Light
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,7 +174,7 @@ class Quality:
     max_depth  longest light path, in edges: 2 is direct light only
     haze       one of HAZES: how the air between is worked out
     sun_sampling  share of light samples for the sun against 1 for the sky; of those that were tried
-        12 has the least noise for the time (``lodbench study render_settings``)
+        12 has the least noise for the time (``lodbench run settings``)
     sampler    a Mitsuba sampler for JIT variants; of those that were tried none has less noise for
         the time than multijitter (the same study)
     coverage   whether it is counted which objects the samples of a pixel meet

@@ -127,8 +127,12 @@ def _tuft(name: str, rng: np.random.Generator, dry: float) -> tuple[Prototype, P
     n = 1 + BLADES + len(of_stem)
     parent = np.repeat((-1, 0), (1, n - 1))
     tint = _blade_tints(rng, dry)
+    # Two sticks from which everything grows, below the ground and just above.
+    ends = np.array(((0, 0, -ROOT_M), (0, 0, 0.0), (0, 0, 0.005)))
+    thin, whole = np.full(2, 0.001), np.zeros(2, np.int64)  # too thin to outlast the blades
+    crown = StickTable.of(n, whole, ends[:2], ends[1:], thin, thin, np.full(2, 2 * _SHADES))
     own = StickTable.merge(
-        [_crown(n), *_sticks(n, rows[0], blades, tint), *_flowering(rng, n, rows[1], stems)]
+        [crown, *_sticks(n, rows[0], blades, tint), *_flowering(rng, n, rows[1], stems)]
     )
     meshes = MeshTable.of([None, *_faces(rng, blades, tint), *[None] * len(of_stem)])
     parts = PartSticks(parent, np.minimum(np.arange(n), 1), own, _PALETTE, meshes)
@@ -182,13 +186,6 @@ def _grown(
     ]
     across = np.stack((-np.sin(out), np.cos(out), np.zeros(len(at))), axis=1)
     return _Stalks(base, base + halves[0], base + halves[0] + halves[1], radius, across)
-
-
-def _crown(n: int) -> StickTable:
-    """Two sticks from which everything grows, below the ground and just above."""
-    ends = np.array(((0, 0, -ROOT_M), (0, 0, 0.0), (0, 0, 0.005)))
-    radius, owner = np.full(2, 0.001), np.zeros(2, np.int64)  # too thin to outlast the blades
-    return StickTable.of(n, owner, ends[:2], ends[1:], radius, radius, np.full(2, 2 * _SHADES))
 
 
 def _sticks(n: int, rows: Ints, stalks: _Stalks, tint: Ints) -> list[StickTable]:

@@ -1,4 +1,4 @@
-"""Prototypes of imported models: joints, and P, R, B and separation from the geometry of meshes.
+"""Prototypes of imported models: joints, sticks, and P, R, B and separation from their meshes.
 
     position    middle of the box about all that hangs on a part, as it rests
     P           √ of the largest projected area, over directions, of all that hangs on the part
@@ -13,6 +13,11 @@ what the meshes cover in place of what stands for them.
 Each joint sits at the origin of its node and turns about one axis; its frame is that of the object
 as it rests. All that turns keeps to one period, in which it makes whole turns, or swings once. From
 a joint on, distances are bounded by the sum of the lengths on the way: never exceeded, in any pose.
+
+Leaf appearances are fitted as for any other object (``scenes.appearance.fit``), with balls in the
+place of pieces of surface where they are gathered, and the meshes themselves where anything is seen
+or lit. Ends show their meshes; far cover (``scenes.ground.far_cover``) is worked out from a few
+sticks in their place, as thick as makes them cover, on average over directions, what the mesh does.
 """
 
 from dataclasses import dataclass, replace
@@ -20,16 +25,152 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float64
 from numba import njit
+from PIL import Image
 
-from lod.arrays import Ints, Points, Reals
+from lod.arrays import Ints, Points, Reals, expand
 from lod.hierarchy import Hierarchy, max_over_tied, representative
-from lod.shapes import MeshTable, StickTable
-from scenes.imported.appearances import model_appearances
+from lod.shapes import MeshTable, StickTable, triangle_areas
+from scenes.appearance.fit import (
+    FittedAppearances,
+    cluster,
+    error_diffusion,
+    fit_appearances,
+    fit_radii,
+)
 from scenes.imported.part_tree import PartTree
 from scenes.rig.rig import Motion, Rig, RiggedSticks, rest_motion
 from scenes.rig.rigged_prototype import RiggedPrototype
-from scenes.sticks.areas import _along, _frame, directions
+from scenes.sticks.areas import along, directions, frame_across
+from scenes.sticks.by_view import ViewDependence
 from scenes.sticks.prototype import bounds_of_all_below, box_middles, part_contrast
+from scenes.sticks.shapes import PartSticks
+
+_PIECES = 48
+"""Pieces of one mesh, about as many or more."""
+
+_MOST_BALLS = 200_000
+"""Balls of a model, about as many at most: beyond, one ball stands for several pieces in a row."""
+
+
+def imported_prototype(name: str, tree: PartTree) -> RiggedPrototype:
+    """Make the prototype of a model."""
+    around = directions()
+    areas = projected_areas(tree.parent, tree.meshes, np.concatenate((around, np.eye(3))))
+    P = np.sqrt(areas.max(axis=1))
+    leaf, tints, fitted = model_appearances(tree, areas[:, : len(around)].mean(axis=1))
+    rig, joint = joints_of(tree)
+    tied = representative(tree.parent, P)
+    position = box_middles(tree.parent, tree.meshes.vertex_owner, tree.meshes.vertices)[tied]
+    origin = rig.frames()[0]
+    lengths = _lengths(tree, _Reach(joint, origin, rig.parent), position, P, tied, leaf)
+    contrast = part_contrast(tree.parent, leaf, tints)[tied]
+    local = np.concatenate((np.zeros((1, 3)), origin))
+    on = joint[leaf.owner]
+    sticks = RiggedSticks.on(leaf, on, on, origin)
+    meshes, corner_joint = tree.meshes, joint[tree.meshes.vertex_owner]
+    return RiggedPrototype(
+        name=name,
+        rig=rig,
+        joint=joint,
+        hierarchy=Hierarchy(tree.parent, tree.level, position, *lengths, contrast, fitted.overlap),
+        inner=sticks.take(np.zeros(0, np.int64)),
+        leaf=sticks,
+        tints=tints,
+        motion=motion_of(tree, rig),
+        place=position - local[joint + 1],
+        view_dependence=fitted.view_dependence,
+        meshes=replace(meshes, vertices=meshes.vertices - local[corner_joint + 1]),
+    )
+
+
+def surface_balls(meshes: MeshTable) -> tuple[StickTable, Points]:
+    """Make the pieces of every part's mesh, and the albedo of each piece, (k, 3).
+
+    A ball covers on average over directions as much as its piece, half of which faces away: it does
+    not matter to what is fitted that balls of one surface overlap. A triangle that is much of its
+    mesh has several pieces, in a regular pattern.
+    """
+    area = triangle_areas(meshes.vertices, meshes.faces)
+    whole = np.bincount(meshes.owner, area, len(meshes.count))[meshes.owner]
+    side = np.ceil(np.sqrt(_PIECES * area / whole)).astype(np.int64)  # pieces along each edge
+    face, number = expand(side * side)
+    s = side[face]
+    row = np.floor(np.sqrt(number)).astype(np.int64)  # the row-th strip has 2 row + 1 pieces
+    place = number - row * row
+    down = place % 2  # every other piece points the other way
+    u = (row - place // 2 + np.where(down, -1 / 3, 1 / 3)) / s
+    v = (place // 2 + np.where(down, 2 / 3, 1 / 3)) / s
+    shares = np.stack((1 - u - v, u, v), axis=1)[:, :, None]
+    corners = meshes.faces[face]
+    points = (meshes.vertices[corners] * shares).sum(axis=1)
+    albedo = (meshes.colours[corners] * shares).sum(axis=1)
+    radius = np.sqrt(area[face] / (s * s) / (2 * np.pi))
+    owner = meshes.owner[face]
+    step = max(1, len(points) // _MOST_BALLS)
+    first = np.searchsorted(owner, np.arange(len(meshes.count)))
+    kept = np.flatnonzero((np.arange(len(points)) - first[owner]) % step == 0)
+    points, radius, none = points[kept], radius[kept] * np.sqrt(step), np.zeros(len(kept), np.int64)
+    columns = points, points, radius, radius, none
+    return StickTable.of(len(meshes.count), owner[kept], *columns), albedo[kept]
+
+
+Tints = Float64[np.ndarray, "t 3"]
+
+END_STICKS = 3
+"""Sticks of one end at most."""
+
+TINTS = 24
+"""Tints of a model at most."""
+
+
+def model_appearances(tree: PartTree, area: Reals) -> tuple[StickTable, Tints, FittedAppearances]:
+    """Fit the sticks of all n parts of a model, as it rests.
+
+    Returns their table, their tints, and the fit for those that own parts: its view dependence is
+    that of the table.
+
+    area (n,): mean projected area over directions of all that hangs on each part [m²]
+    """
+    balls, albedo = surface_balls(tree.meshes)
+    tints = few_tints(albedo)
+    weight, every = balls.start_radius**2, np.arange(len(tints))
+    own = replace(balls, tint=error_diffusion(weight, albedo, tints, every))
+    fitted = fit_appearances(PartSticks(tree.parent, tree.level, own, tints, tree.meshes))
+    owns = np.bincount(tree.parent[1:], minlength=len(tree)) > 0
+    ends = _end_sticks(own.of_parts(~owns), albedo, tints, area[~owns])
+    ends = ends.with_owner(len(tree), np.flatnonzero(~owns)[ends.owner])
+    inner, views = owns[fitted.leaf.owner], fitted.view_dependence
+    rows = np.concatenate((views.table_row[inner], np.full(len(ends), -1)))
+    owner = np.concatenate((fitted.leaf.owner[inner], ends.owner))
+    leaf = StickTable.merge([fitted.leaf.take(inner), ends])
+    in_order = rows[np.argsort(owner, kind="stable")]
+    by_view = ViewDependence.of_area(in_order, views.area_share)
+    return leaf, tints, replace(fitted, leaf=leaf, view_dependence=by_view)
+
+
+def few_tints(colours: Points) -> Tints:
+    """Choose at most TINTS albedos for all of these (k, 3), in order."""
+    exact = np.unique(np.round(colours, 6), axis=0)
+    if len(exact) <= TINTS:
+        return exact
+    coded = np.rint(255 * np.sqrt(colours)).astype(np.uint8)
+    picture = Image.fromarray(coded[None]).quantize(TINTS, Image.Quantize.MEDIANCUT)
+    _, row = np.unique(np.asarray(picture)[0], return_inverse=True)
+    count = np.bincount(row)
+    return np.stack([np.bincount(row, c) / count for c in colours.T], axis=1)
+
+
+def _end_sticks(balls: StickTable, albedo: Points, tints: Tints, area: np.ndarray) -> StickTable:
+    """Sticks in the place of the balls of m ends, which cover these areas (m,) [m²] on average."""
+    groups, group = cluster(balls, np.full(len(area), END_STICKS))
+    factor = fit_radii(groups, balls.take(np.zeros(0, np.int64)), area)
+    weight = balls.start_radius**2
+    total = np.bincount(group, weight, len(groups.part))
+    sums = [np.bincount(group, weight * c, len(total)) for c in albedo.T]
+    wanted = np.stack(sums, axis=1) / total[:, None]
+    tint = error_diffusion(total, wanted, tints, np.arange(len(tints)))
+    return groups.table(len(area), factor, tint)
+
 
 _KEYS_A_TURN, _KEYS_A_SWING = 8, 24
 """Key poses: between two of them a joint turns by less than half a turn, the shorter way."""
@@ -126,8 +267,8 @@ def _areas(corners, begin, end, directions):  # type: ignore[no-untyped-def]
     areas = np.zeros((n, len(directions)))
     grid = np.zeros((CELLS + 1, CELLS + 1), np.uint8)
     for j in range(len(directions)):
-        across, up = _frame(directions[j])
-        x, y = _along(corners, across), _along(corners, up)
+        across, up = frame_across(directions[j])
+        x, y = along(corners, across), along(corners, up)
         for i in range(n):
             a, b = 3 * begin[i], 3 * end[i]
             areas[i, j] = _covered(x[a:b], y[a:b], grid)
@@ -191,37 +332,6 @@ class _Reach:
             at, radii = origin[None], np.zeros(1)
             joint = int(self.above[joint])
         return way + float((np.linalg.norm(at - place, axis=1) + radii).max())
-
-
-def imported_prototype(name: str, tree: PartTree) -> RiggedPrototype:
-    """Make the prototype of a model."""
-    around = directions()
-    areas = projected_areas(tree.parent, tree.meshes, np.concatenate((around, np.eye(3))))
-    P = np.sqrt(areas.max(axis=1))
-    leaf, tints, fitted = model_appearances(tree, areas[:, : len(around)].mean(axis=1))
-    rig, joint = joints_of(tree)
-    tied = representative(tree.parent, P)
-    position = box_middles(tree.parent, tree.meshes.vertex_owner, tree.meshes.vertices)[tied]
-    origin = rig.frames()[0]
-    lengths = _lengths(tree, _Reach(joint, origin, rig.parent), position, P, tied, leaf)
-    contrast = part_contrast(tree.parent, leaf, tints)[tied]
-    local = np.concatenate((np.zeros((1, 3)), origin))
-    on = joint[leaf.owner]
-    sticks = RiggedSticks.on(leaf, on, on, origin)
-    meshes, corner_joint = tree.meshes, joint[tree.meshes.vertex_owner]
-    return RiggedPrototype(
-        name=name,
-        rig=rig,
-        joint=joint,
-        hierarchy=Hierarchy(tree.parent, tree.level, position, *lengths, contrast, fitted.overlap),
-        inner=sticks.take(np.zeros(0, np.int64)),
-        leaf=sticks,
-        tints=tints,
-        motion=motion_of(tree, rig),
-        place=position - local[joint + 1],
-        view_dependence=fitted.view_dependence,
-        meshes=replace(meshes, vertices=meshes.vertices - local[corner_joint + 1]),
-    )
 
 
 def _lengths(

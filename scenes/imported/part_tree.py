@@ -400,7 +400,8 @@ def texture_colours(where: str, image: Image.Image | bytes, uv: np.ndarray) -> n
         raise
     except Exception as error:  # whatever a picture's reader meets in a broken file
         raise InputError(where, "its texture", f"a picture that can be read ({error})") from None
-    rgb = srgb_to_linear(rgba[..., :3])
+    coded = rgba[..., :3]  # decoded as by IEC 61966-2-1
+    rgb = np.where(coded <= 0.04045, coded / 12.92, ((coded + 0.055) / 1.055) ** 2.4)
     for axis in (0, 1):
         edges = np.linspace(0, rgb.shape[axis], min(TEXTURE_PIXELS, rgb.shape[axis]) + 1)
         starts = edges[:-1].astype(int)
@@ -413,8 +414,3 @@ def texture_colours(where: str, image: Image.Image | bytes, uv: np.ndarray) -> n
     row = np.minimum(((1.0 - uv[:, 1]) % 1.0 * rgb.shape[0]).astype(int), rgb.shape[0] - 1)
     found: np.ndarray = rgb[row, column]
     return found
-
-
-def srgb_to_linear(values: np.ndarray) -> np.ndarray:
-    """Decode sRGB values from 0 to 1 (IEC 61966-2-1)."""
-    return np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)

@@ -23,7 +23,7 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
-from jaxtyping import Bool, Float64, Int64
+from jaxtyping import Float64, Int64
 from scipy.ndimage import gaussian_filter, zoom
 
 from lod.arrays import ArrayData, FlagArray, FloatArray, Ints
@@ -118,7 +118,12 @@ def _cells(solid: Solid, level: int) -> _Cells:
     matter = solid.within.astype(np.float64)
     filled = _sums(matter, blocks)
     within = solid.within if level == solid.depth else filled == (s / blocks) ** 3
-    kept = np.argwhere((filled > 0) & _at_surface(within, blocks))
+    # Kept is what holds a voxel or finest cell that is not full, or has a neighbour that is not.
+    hidden = within.copy()
+    for axis in range(3):
+        for way in (-1, 1):
+            hidden &= np.roll(within, way, axis)
+    kept = np.argwhere((filled > 0) & (_sums(1.0 - hidden, blocks) > 0))
     at = tuple(kept.T)
     voxel = solid.side / s
     middles = solid.corner[:, None] + (np.arange(s) + 0.5) * voxel
@@ -138,15 +143,6 @@ def _sums(values: Float64[np.ndarray, "s s s"], blocks: int) -> Float64[np.ndarr
     """Sums of voxel values over blocks³ equal cubes."""
     size = len(values) // blocks
     return values.reshape(blocks, size, blocks, size, blocks, size).sum(axis=(1, 3, 5))
-
-
-def _at_surface(full: Bool[np.ndarray, "s s s"], blocks: int) -> Bool[np.ndarray, "b b b"]:
-    """Cells that hold a voxel or finest cell that is not full, or has a neighbour that is not."""
-    hidden = full.copy()
-    for axis in range(3):
-        for way in (-1, 1):
-            hidden &= np.roll(full, way, axis)
-    return _sums(1.0 - hidden, blocks) > 0
 
 
 def _cell_rows(cells: _Cells, place: Int64[np.ndarray, "n 3"]) -> Ints:

@@ -1,7 +1,4 @@
-"""The keys that a preset may have, each with its type, unit, range, default and meaning.
-
-From what pydantic finds wrong to one line: the key, what arrived, the rule and the cure.
-"""
+"""The keys that a preset may have, in words, and errors about them in one line."""
 
 import difflib
 import re

@@ -1,15 +1,11 @@
-"""The imported models of a preset, each held to the hash of what it was when that was read.
+"""Presets are TOML files: found by name or path, checked key by key, changed, and written again.
 
-Presets: scenes as TOML files, found by name or path, checked key by key, changed by settings.
-
-A preset as a TOML file that says every key, its value and what it means, ready to edit.
-
-Does anything act in a preset?
+The imported models of a preset are held to the hash of what they were when it was read.
 """
 
 import re
 import tomllib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
@@ -32,36 +28,9 @@ from scenes.presets.keys import (
     nearest_name,
 )
 from scenes.presets.schema import Preset
-from scenes.presets.things import ModelTable
 
 MODEL_TABLES = "species", "placed", "actors", "troupes"
 """The tables of a preset whose members each name a model."""
-
-
-def with_model_digests(preset: Preset, blame: Callable[[str], str], folder: Path) -> Preset:
-    """Return the preset with the hash of every imported model that it names.
-
-    Scene files lie in ``folder``; ``blame`` turns a dotted key into its source. Raises InputError
-    for a model that is not there, cannot be read, or is another than the preset's hash says.
-    """
-    built_in = built_in_names()
-
-    def known(kind: str, name: str, table: ModelTable) -> Any:
-        if table.model in built_in:
-            return table
-        from scenes.imported.library import model_digest
-
-        where = blame(f"{kind}.{name}.model")
-        digest = model_digest(where, table.model, folder, table.model_sha256)
-        return table.model_copy(update={"model_sha256": digest})
-
-    named = {
-        kind: {name: known(kind, name, table) for name, table in getattr(preset, kind).items()}
-        for kind in MODEL_TABLES
-    }
-    changed = {kind: tables for kind, tables in named.items() if tables != getattr(preset, kind)}
-    return preset.model_copy(update=changed) if changed else preset
-
 
 _LONGEST_FILE = 1_000_000
 
@@ -103,6 +72,7 @@ def preset_from(
     """Make a preset from plain nested data (as of ``Preset.model_dump``), with settings over it.
 
     Scene files that it names lie in ``folder``. The preset holds the hash of every imported model.
+    Raises InputError for what cannot be, and for a model that is another than its hash says.
     """
     tables = _plain(data)
     settings = [setting(each) if isinstance(each, str) else each for each in overrides]
@@ -119,7 +89,18 @@ def preset_from(
         preset = Preset.model_validate(tables)
     except ValidationError as error:
         raise explain(error, blame, _names(tables)) from None
-    return with_model_digests(preset, blame, folder)
+    built_in, changed = built_in_names(), {}
+    for kind in MODEL_TABLES:
+        tables = dict(getattr(preset, kind))
+        for name, table in tables.items():
+            if table.model not in built_in:
+                from scenes.imported.library import model_digest
+
+                where = blame(f"{kind}.{name}.model")
+                digest = model_digest(where, table.model, folder, table.model_sha256)
+                tables[name] = table.model_copy(update={"model_sha256": digest})
+                changed[kind] = tables
+    return preset.model_copy(update=changed) if changed else preset
 
 
 def preset_values(preset: Preset) -> dict[str, Any]:
@@ -140,24 +121,23 @@ def _value(data: Any, path: Sequence[str]) -> Any:
 @cache
 def preset_names() -> tuple[tuple[str, str], ...]:
     """List (name, about) of every preset that comes with the package, by name."""
-    files = [each for each in _shelf().iterdir() if each.name.endswith(".toml")]
-    names = sorted(each.name.removesuffix(".toml") for each in files)
-    return tuple((name, load_preset(name).about) for name in names)
+    return tuple((name, load_preset(name).about) for name in _names_on_the_shelf())
 
 
 def _shelf() -> Any:
     return resources.files("scenes") / "presets"
 
 
+def _names_on_the_shelf() -> list[str]:
+    names = (each.name for each in _shelf().iterdir())
+    return sorted(name.removesuffix(".toml") for name in names if name.endswith(".toml"))
+
+
 def _find(name_or_path: str) -> tuple[str, str]:
     """(what errors call it, text)."""
     if name_or_path.endswith(".toml") or "/" in name_or_path:
         return name_or_path, _read(name_or_path)
-    names = sorted(
-        each.name.removesuffix(".toml")
-        for each in _shelf().iterdir()
-        if each.name.endswith(".toml")
-    )
+    names = _names_on_the_shelf()
     if name_or_path not in names:
         cure = f"{nearest_name(name_or_path, names)} (see `lodbench list`; a path ends in .toml)"
         raise InputError("PRESET", name_or_path, "no preset of that name", cure)

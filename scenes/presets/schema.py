@@ -1,6 +1,4 @@
-"""What a preset says of the camera: where it is, where it looks, its lens, and how it moves.
-
-What a preset may say: a frozen table per subject, keys with unit, range and default.
+"""What a preset may say: a frozen table per subject, keys with unit, range and default.
 
 The tables of what stands in the scene are in ``scenes.presets.things``.
 """
@@ -12,7 +10,6 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from lod.errors import InputError
-from scenes.plugins import metric_by_name
 from scenes.presets.things import (
     ActingPreset,
     ActorPreset,
@@ -223,7 +220,7 @@ class ViewPreset(Table):
     ] = "shutter"
     update_threshold: Annotated[
         float,
-        key("parts that moved by less are not drawn anew [px]; 0 = all are", least=0, most=64),
+        key("parts that moved by less are not redrawn [px]; 0 = all are", least=0, most=64),
     ] = 0.0
     fade: Annotated[
         float,
@@ -411,6 +408,8 @@ class Preset(Table):
     @model_validator(mode="after")
     def _agree(self) -> "Preset":
         """Keys that must agree with each other."""
+        from scenes.plugins import metric_by_name  # expensive to import, and mistakes come first
+
         try:
             metric = metric_by_name(self.view.metric)
         except InputError as error:

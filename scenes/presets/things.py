@@ -1,7 +1,4 @@
-"""What a preset says of the things in its scene: species, single objects, plumes, and others'.
-
-What a preset says of live actors: who they are, what they do, and the script of messages.
-"""
+"""What a preset says of the things in its scene: species, single objects, plumes, live actors."""
 
 import re
 from typing import Annotated, Any, Literal

@@ -13,17 +13,9 @@ from pydantic_core import PydanticCustomError
 from lod.errors import InputError
 
 UNITS_M = {"m": 1.0, "km": 1000.0}
-
-
 LARGEST_SIDE = 16384
-
-
 _CURE = "write 20km or 500m"
-
-
 _LENGTH = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([^\W\d]*)\s*", re.ASCII)
-
-
 _SIZE = re.compile(r"\s*(\d{1,9})\s*[x×]\s*(\d{1,9})\s*", re.ASCII)
 
 _SIDE = r"(\d{1,5}|\d{1,3}(?:\.\d+)?(?=%))(%?)"
@@ -78,10 +70,6 @@ def _reported(read: Callable[[Any], Any]) -> Callable[[Any], Any]:
 
 def _visibility(value: Any) -> Any:
     return None if value is None or value == "clear" else parse_length(value)
-
-
-def _length(value: Any) -> Any:
-    return parse_length(value)
 
 
 def _extent(value: Any) -> Any:
@@ -195,7 +183,7 @@ Height = Annotated[
 ]
 Depth = Annotated[
     Annotated[float, Field(ge=0.1, le=1e6)],
-    BeforeValidator(_reported(_length)),
+    BeforeValidator(_reported(parse_length)),
     PlainSerializer(_metres),
 ]
 Extent = Annotated[

@@ -87,7 +87,7 @@ def kept(
             (folder / name).parent.mkdir(parents=True, exist_ok=True)
             with whole_file(folder / name, overwrite=True) as temporary:
                 with temporary.open("wb") as entry:
-                    np.savez(entry, **arrays)
+                    np.savez(entry, **arrays)  # type: ignore[arg-type]
             _remove_oldest(folder)
             break
     return arrays

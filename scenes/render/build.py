@@ -17,7 +17,7 @@ import numpy as np
 
 from scenes.render.description import MEDIUM, Description
 from scenes.render.light import load_plugin, sun, surroundings, variant_bands
-from scenes.render.shapes import make_shape, stabilise_kernels
+from scenes.render.shapes import file_shape, make_shape, stabilise_kernels
 
 
 class PanoramaSensor:
@@ -121,13 +121,8 @@ def build_scene(description: Description) -> BuiltScene:
     shapes, ids, owners = (description.pop(name) for name in ("shapes", "ids", "owners"))
     moving = {name: shapes[name] for name in description["moves"]}
     medium, contents = None, {}
-    with tempfile.TemporaryDirectory() as folder:
-        stub = Path(folder) / "stub.txt"
-        stub.write_text("0 0 0 1\n0 0 1 1\n")
-        left = stabilise_kernels(shapes)
-        del shapes
-        for name in list(left):
-            contents[name] = make_shape(name, left.pop(name), stub)
+    scalar = str(mi.variant()).startswith("scalar_")
+    lights = {"sky": surroundings(description["light"]), "sun": sun(description["light"])}
     if box := description.get(MEDIUM):
         plan = {
             "type": "homogeneous",
@@ -137,13 +132,22 @@ def build_scene(description: Description) -> BuiltScene:
         }
         medium = load_plugin(plan)
         contents[MEDIUM] = _box(box, medium)
-    lights = {"sky": surroundings(description["light"]), "sun": sun(description["light"])}
-    scene = load_plugin({"type": "scene", **lights, **contents})
-    names = ["", *(shape.id() for shape in scene.shapes())]
-    if not str(mi.variant()).startswith("scalar_"):
+    with tempfile.TemporaryDirectory() as folder:
+        stub = Path(folder) / "stub.txt"
+        stub.write_text("0 0 0 1\n0 0 1 1\n")
+        left = stabilise_kernels(shapes)
+        del shapes
+        for name in list(left):
+            shape = left.pop(name)
+            contents[name] = (
+                file_shape(name, shape, Path(folder)) if scalar else make_shape(name, shape, stub)
+            )
+        scene = load_plugin({"type": "scene", **lights, **contents})
+    names = ["", *contents]
+    if not scalar:
         # A JIT variant numbers all shapes that there are, those of other scenes as well.
         numbers = np.array(dr.reinterpret_array(mi.UInt32, scene.shapes_dr())).tolist()
-        found = dict(zip(numbers, names[1:], strict=True))
+        found = dict(zip(numbers, [shape.id() for shape in scene.shapes()], strict=True))
         names = [found.get(number, "") for number in range(max(found) + 1)]
     owned = tuple(owners.get(name, np.zeros(0, np.uint32)) for name in names)
     kept, integrators = {**description, "shapes": moving}, _integrators(description)

@@ -95,14 +95,16 @@ class Direction(NamedTuple):
 class NumpyArrays:
     """What ``air_along`` does to numbers, on NumPy arrays: rays (…, 1) and colours (…, bands)."""
 
-    select, exp, log, sqrt, floor = np.where, np.exp, np.log, np.sqrt, np.floor
-    minimum, maximum, clip, atan2, mulsign = (
-        np.minimum,
-        np.maximum,
-        np.clip,
-        np.arctan2,
-        np.copysign,
-    )
+    select: Any = np.where
+    exp: Any = np.exp
+    log: Any = np.log
+    sqrt: Any = np.sqrt
+    floor: Any = np.floor
+    minimum: Any = np.minimum
+    maximum: Any = np.maximum
+    clip: Any = np.clip
+    atan2: Any = np.arctan2
+    mulsign: Any = np.copysign
 
     @staticmethod
     def fma(a: Any, b: Any, c: Any) -> Any:
@@ -146,7 +148,7 @@ class JitArrays(NumpyArrays):
 
     select, exp, log, sqrt, floor = dr.select, dr.exp, dr.log, dr.sqrt, dr.floor
     minimum, maximum, clip, atan2, mulsign = dr.minimum, dr.maximum, dr.clip, dr.atan2, dr.mulsign
-    fma = dr.fma
+    fma: Any = staticmethod(dr.fma)
 
     @staticmethod
     def dot(direction: Any, vector: np.ndarray) -> Any:

@@ -1,10 +1,12 @@
 """Which Mitsuba variants work on this machine, each tried in a child process.
 
-libLLVM is not in Mitsuba's wheel, and a wrong one does not raise: it aborts the process. So every
-candidate renders a tiny scene in a child first. ``DRJIT_LIBLLVM_PATH`` is the user's word: where it
-is set, no other library is tried.
+libLLVM is not in Mitsuba's wheel: on Linux x86-64 the package karellen-llvm-core brings it into the
+environment, and elsewhere the system's is taken. A wrong one does not raise: it aborts the process.
+So every candidate renders a tiny scene in a child first. ``DRJIT_LIBLLVM_PATH`` is the user's word:
+where it is set, no other library is tried.
 """
 
+import importlib.metadata
 import os
 import re
 import subprocess
@@ -142,13 +144,33 @@ def _libraries() -> dict[str, bool | str]:
 
 
 def candidates() -> list[str]:
-    """Every distinct libLLVM here, the newest first; only the user's where one is named."""
+    """Every distinct libLLVM here: the environment's, then the system's, the newest first.
+
+    Only the user's where one is named.
+    """
     if asked := os.environ.get(LLVM_PATH):
         return [asked]
     found: dict[str, Path] = {}
     for path in _found():
         found.setdefault(str(path.resolve()), path)
-    return sorted(map(str, found.values()), key=_version, reverse=True)
+    own = packaged_library()
+    rest = sorted(map(str, found.values()), key=_version, reverse=True)
+    return [*([str(own)] if own else []), *(each for each in rest if Path(each) != own)]
+
+
+def packaged_library() -> Path | None:
+    """Path of the libLLVM of the package karellen-llvm-core; None where it is not installed.
+
+    It needs links that are made when Python first starts as a user who may write there: who builds
+    a read-only environment, as an image, starts Python once before it is closed.
+    """
+    try:
+        files = importlib.metadata.files("karellen-llvm-core") or []
+    except importlib.metadata.PackageNotFoundError:
+        return None
+    paths = [Path(str(each.locate())) for each in files]
+    library = next((p for p in paths if re.fullmatch(r"libLLVM\.so\.[\d.]+", p.name)), None)
+    return library.resolve() if library and library.is_file() else None
 
 
 def _found() -> Iterator[Path]:
@@ -237,7 +259,7 @@ def _why(code: int, words: str) -> str:
 
 def _cure(name: str) -> str:
     if name.startswith("llvm_"):
-        return f"apt install libllvm19 (or set {LLVM_PATH}), or --variant {SCALAR_VARIANT}"
+        return f"install libLLVM 19 or newer (or set {LLVM_PATH}), or --variant {SCALAR_VARIANT}"
     if name.startswith("cuda_"):
         return "it needs an NVIDIA GPU and driver; try --variant auto"
     return "try --variant auto"

@@ -106,8 +106,15 @@ def bone_lengths(rig: Rig, motion: Motion) -> np.ndarray:
     """Compute the rows of ``LegTables.bones``, (l, 6)."""
     feet = motion.feet
     length = np.linalg.norm(rig.offset[feet.legs[:, 1:]], axis=-1)
-    hips = zip(feet.legs[:, 0].tolist(), feet.sticks_out.tolist(), strict=True)
-    angle = [_fixed_hip_angle(rig, motion, hip, sticks_out) for hip, sticks_out in hips]
+    angle = []  # of the hip about z, or x where the leg sticks out, in its first key
+    for hip, sticks_out in zip(feet.legs[:, 0].tolist(), feet.sticks_out.tolist(), strict=True):
+        # A rotation has two sets of Euler angles: the one within the joint's limits counts.
+        one = to_euler(motion.rotations[0, hip])
+        other = one * np.array((1.0, -1.0, 1.0)) + 180.0
+        middle = (rig.low[hip] + rig.high[hip]) / 2
+        sets = [middle + (each - middle + 180.0) % 360.0 - 180.0 for each in (one, other)]
+        excess = [np.maximum(rig.low[hip] - s, s - rig.high[hip]).max() for s in sets]
+        angle.append(float(sets[int(np.argmin(excess))][0 if sticks_out else 2]))
     fixed = np.radians(angle)
     columns = (*length.T, feet.bend, feet.sticks_out, np.cos(fixed), np.sin(fixed))
     return np.stack(columns, axis=1).astype(np.float64)
@@ -120,19 +127,6 @@ def joint_limit_arcs(rig: Rig, motion: Motion) -> np.ndarray:
     low, high = np.radians(rig.low[joints, axes]), np.radians(rig.high[joints, axes])
     middle, half = (low + high) / 2, np.minimum((high - low) / 2, np.pi)
     return np.stack((np.cos(middle), np.sin(middle), np.cos(half), np.sin(half)), axis=-1)
-
-
-def _fixed_hip_angle(rig: Rig, motion: Motion, hip: int, sticks_out: bool) -> float:
-    """Find the hip's angle about z, or x where the leg sticks out, in its first key [degrees].
-
-    A rotation has two sets of Euler angles: the one within the joint's limits counts.
-    """
-    angle = to_euler(motion.rotations[0, hip])
-    other = angle * np.array((1.0, -1.0, 1.0)) + 180.0
-    middle = (rig.low[hip] + rig.high[hip]) / 2
-    sets = [middle + (each - middle + 180.0) % 360.0 - 180.0 for each in (angle, other)]
-    excess = [np.maximum(rig.low[hip] - s, s - rig.high[hip]).max() for s in sets]
-    return float(sets[int(np.argmin(excess))][0 if sticks_out else 2])
 
 
 @njit(cache=True)

@@ -152,7 +152,9 @@ class RiggedSticks(StickTable):
                 raise InputError(f"sticks.{key}", joints.shape, "a joint, or -1, for every stick")
 
     @staticmethod
-    def on(table: StickTable, start: Ints, end: Ints, origin: Points) -> "RiggedSticks":
+    def on(
+        table: StickTable, start: Ints, end: Ints, origin: Float64[np.ndarray, "j 3"]
+    ) -> "RiggedSticks":
         """Put sticks on joints, (k,) of their starts and ends: ``origin`` (j, 3) at rest, unturned.
 
         The sticks are in the object's frame.
@@ -283,7 +285,12 @@ class Motion:
     tilts: bool = False
 
     def __post_init__(self) -> None:
-        rotations = continuous_signs(np.asarray(self.rotations, np.float64))
+        rotations = np.asarray(self.rotations, np.float64)
+        if len(rotations) and rotations.ndim == 3:  # of one sign from key to key
+            dots = (rotations[1:] * rotations[:-1]).sum(axis=-1)
+            flips = np.cumprod(np.where(dots < 0, -1.0, 1.0), axis=0)
+            signed = rotations[1:] * flips[..., None]
+            rotations = np.concatenate((rotations[:1], signed))
         object.__setattr__(self, "rotations", rotations)
         freeze(self, rotations=np.float64, shift=np.float64)
         keys = len(rotations)
@@ -318,13 +325,6 @@ class Motion:
 def rest_motion(rig: Rig) -> Motion:
     """Return the motion of an object that stays at rest, which has one key."""
     return Motion(rig.rest[None], np.zeros((1, 3)), 0.0, 1.0)
-
-
-def continuous_signs(rotations: Quaternions) -> Quaternions:
-    """Return equal rotations (K, j, 4), every quaternion of the same sign as the key before it."""
-    dots = (rotations[1:] * rotations[:-1]).sum(axis=-1)
-    flips = np.cumprod(np.where(dots < 0, -1.0, 1.0), axis=0)
-    return np.concatenate((rotations[:1], rotations[1:] * flips[..., None]))
 
 
 def key_phases(keys: int) -> Reals:

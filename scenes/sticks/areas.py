@@ -183,9 +183,9 @@ def _areas(first, start, end, r0, r1, directions, fineness):  # type: ignore[no-
     n = len(first) - 1
     areas = np.zeros((n, len(directions)))
     for j in range(len(directions)):
-        across, up = _frame(directions[j])
-        x0, y0 = _along(start, across), _along(start, up)
-        x1, y1 = _along(end, across), _along(end, up)
+        across, up = frame_across(directions[j])
+        x0, y0 = along(start, across), along(start, up)
+        x1, y1 = along(end, across), along(end, up)
         for i in range(n):
             a, b = first[i], first[i + 1]
             if b > a:
@@ -203,14 +203,14 @@ def _climb(first, start, end, r0, r1, best, largest):  # type: ignore[no-untyped
             continue
         for tilt in (0.2, 0.12, 0.06, 0.03):
             middle = best[i].copy()
-            across, up = _frame(middle)
+            across, up = frame_across(middle)
             for k in range(6):
                 turn = k * math.pi / 3
                 aside = math.cos(turn) * across + math.sin(turn) * up
                 direction = math.cos(tilt) * middle + math.sin(tilt) * aside
-                x, y = _frame(direction)
-                disc0 = _along(start[a:b], x), _along(start[a:b], y), r0[a:b]
-                disc1 = _along(end[a:b], x), _along(end[a:b], y), r1[a:b]
+                x, y = frame_across(direction)
+                disc0 = along(start[a:b], x), along(start[a:b], y), r0[a:b]
+                disc1 = along(end[a:b], x), along(end[a:b], y), r1[a:b]
                 area = _union_area(*disc0, *disc1, FINE)
                 if area > largest[i]:
                     largest[i], best[i] = area, direction
@@ -218,7 +218,8 @@ def _climb(first, start, end, r0, r1, best, largest):  # type: ignore[no-untyped
 
 
 @njit(cache=True)
-def _along(points, axis):  # type: ignore[no-untyped-def]
+def along(points, axis):  # type: ignore[no-untyped-def]
+    """Compute how far points (n, 3) are along a unit vector, (n,) [m]."""
     out = np.empty(len(points))
     for i in range(len(points)):
         out[i] = points[i, 0] * axis[0] + points[i, 1] * axis[1] + points[i, 2] * axis[2]
@@ -256,8 +257,8 @@ def _union_area(x0, y0, r0, x1, y1, r1, fineness):  # type: ignore[no-untyped-de
 
 
 @njit(cache=True)
-def _frame(direction):  # type: ignore[no-untyped-def]
-    """Two unit vectors across a unit direction (Duff et al., JCGT 6(1), 2017)."""
+def frame_across(direction):  # type: ignore[no-untyped-def]
+    """Compute two unit vectors across a unit direction (Duff et al., JCGT 6(1), 2017)."""
     x, y, z = direction
     sign = math.copysign(1.0, z)
     a = -1.0 / (sign + z)

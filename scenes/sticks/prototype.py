@@ -29,7 +29,7 @@ from dataclasses import dataclass, field, replace
 from itertools import product
 
 import numpy as np
-from jaxtyping import Float64
+from jaxtyping import Float64, Int64
 
 from lod.arrays import Flags, Ints, Points, Reals, freeze
 from lod.errors import InputError
@@ -176,11 +176,13 @@ def assemble_prototype(
     np.maximum.at(R, owner, _extent((inner, leaf), meshes, part, origin[owner]))
     B = bounds_of_all_below(parent, own, separation)
     lengths = max_over_tied(P, tied), max_over_tied(R, tied), B, separation
-    contrast = part_contrast(parent, leaf, tints)[tied]
-    hierarchy = Hierarchy(parent, places.level, origin, *lengths, contrast)
+    hierarchy = Hierarchy(parent, places.level, origin, *lengths)
     if places.overlap is not None:
         hierarchy = replace(hierarchy, overlap=places.overlap)
-    return Prototype(name, hierarchy, inner, leaf, tints, view_dependence, meshes)
+    # Prototype refuses what is bad, of which no contrast could be computed.
+    prototype = Prototype(name, hierarchy, inner, leaf, tints, view_dependence, meshes)
+    contrast = part_contrast(parent, leaf, tints)[tied]
+    return replace(prototype, hierarchy=replace(hierarchy, contrast=contrast))
 
 
 def bounds_of_all_below(parent: Ints, extent: Reals, separation: Reals) -> Reals:
@@ -191,7 +193,9 @@ def bounds_of_all_below(parent: Ints, extent: Reals, separation: Reals) -> Reals
     return B
 
 
-def box_middles(parent: Ints, owner: Ints, points: Points) -> Points:
+def box_middles(
+    parent: Ints, owner: Int64[np.ndarray, " k"], points: Float64[np.ndarray, "k 3"]
+) -> Points:
     """Find the middle of the box about the points of each part and of all below it, (n, 3) [m].
 
     owner (k,) part of each point (k, 3); parent (n,) as in Hierarchy

@@ -25,6 +25,7 @@ from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
+from jaxtyping import Float64
 
 from lod.arrays import Ints, Points, Reals
 from lod.errors import InputError
@@ -202,7 +203,9 @@ def _rig(at: Points, parent: Ints, most_deg: Reals) -> Rig:
     return Rig(tuple(names), parent, offset, rest, -high, high, np.zeros(3), np.zeros(3))
 
 
-def _reaches(tree: Prototype, rig: Rig, joint: Ints, at: Points) -> dict[str, np.ndarray]:
+def _reaches(
+    tree: Prototype, rig: Rig, joint: Ints, at: Float64[np.ndarray, "j 3"]
+) -> dict[str, np.ndarray]:
     """Compute R, B and separation for every pose.
 
     They grow for the whole tree and its limbs only, which move as seen from the tree's foot.

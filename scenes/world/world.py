@@ -20,10 +20,10 @@ from scenes.particles.plume import KINDS, Plume
 from scenes.plugins import GroundedRepresentation, make_representation
 from scenes.presets.load import has_acting
 from scenes.presets.schema import Preset
-from scenes.presets.things import PlacedPreset, PlumePreset, SpeciesPreset
+from scenes.presets.things import SpeciesPreset
 from scenes.processes.progress import work
 from scenes.trees.species import Weather
-from scenes.world.light import sun_and_sky
+from scenes.world.sun_and_sky import sun_and_sky
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,54 +77,77 @@ def build_world(
     prototype_seed  every seed gives other individuals of the species; frames are made with the
                     default, so that only experiments meet others
     """
-    terrain = make_terrain(preset)
+    terrain, keys = make_terrain(preset), preset.light
+    to_sun = sun_and_sky(preset).to_sun
     weather = Weather(preset.world.season, preset.wind.speed)
+    depth = preset.render.max_depth
+    light = Illumination(round(keys.sun_elevation, 3), keys.turbidity, depth)
     growing = {name: table for name, table in preset.species.items() if table.density > 0}
     fits = [each.prototypes for each in growing.values()]
     fits += [each.prototype for each in preset.placed.values()]
     with work("fitting appearances", sum(fits)):
         fields = tuple(
             SpeciesField(
-                make_species(name, table, weather, terrain, prototype_seed),
+                _species(name, table, weather, terrain, prototype_seed),
                 preset.seed,
                 terrain,
                 preset.world.extent,
-                illumination(preset),
+                light,
             )
             for name, table in growing.items()
         )
         placed = tuple(
-            make_placed(name, table, terrain, weather, illumination(preset))
-            for name, table in preset.placed.items()
+            Placed(
+                name,
+                model_prototypes(
+                    each.model,
+                    each.prototype,
+                    (each.size,),
+                    each.walks,
+                    weather,
+                    each.model_sha256,
+                )[-1],
+                *each.position,
+                each.heading,
+                terrain,
+                light,
+            )
+            for name, each in preset.placed.items()
         )
+    wind = preset.wind
     plumes = tuple(
-        make_plume(name, table, preset, terrain) for name, table in preset.plumes.items()
+        Plume(
+            name,
+            KINDS[each.kind],
+            preset.seed,
+            *each.position,
+            terrain,
+            each.size,
+            wind.direction if each.wind is None else each.wind,
+        )
+        for name, each in preset.plumes.items()
     )
     others = tuple(
         make_representation(name, table.kind, preset.seed, terrain, dict(table.options))
         for name, table in preset.representations.items()
     )
-    cover = aggregate_cover(preset, fields)
     dust = tuple(
-        Dust(each, Soil(terrain.relief, terrain.cover), preset.wind.speed, preset.wind.direction)
+        Dust(each, Soil(terrain.relief, terrain.cover), wind.speed, wind.direction)
         for each in fields
         if preset.species[each.name].dust
     )
-    to_sun = tuple(sun_and_sky(preset).to_sun.tolist())
-    ground = replace(terrain, aggregate_cover=cover, to_sun=to_sun)
-    cast = _cast(preset, terrain, performance)
+    species = tuple(each.species for each in fields)
+    cover = None
+    if fields:
+        sky = sky_at(keys.sun_elevation, keys.turbidity)
+        cover = AggregateCover(species, to_sun, sky, depth)
+    ground = replace(terrain, aggregate_cover=cover, to_sun=tuple(to_sun.tolist()))
+    cast = None
+    if has_acting(preset):  # what makes actors is only imported where there are any
+        from scenes.world.cast import make_cast
+
+        cast = make_cast(preset, terrain, performance and performance())
     return World(ground, fields, placed, plumes, dust, others, cast)
-
-
-def _cast(
-    preset: Preset, terrain: Terrain, performance: Callable[[], Performance] | None
-) -> Cast | None:
-    """Make the actors of a preset; what makes them is only imported where there are any."""
-    if not has_acting(preset):
-        return None
-    from scenes.world.cast import make_cast
-
-    return make_cast(preset, terrain, performance and performance())
 
 
 def make_terrain(preset: Preset) -> Terrain:
@@ -132,62 +155,19 @@ def make_terrain(preset: Preset) -> Terrain:
     return Terrain(seed=preset.seed, **preset.terrain.model_dump())
 
 
-def aggregate_cover(preset: Preset, fields: tuple[SpeciesField, ...]) -> AggregateCover | None:
-    """Make the cover of the fields beyond their limit distances, in the preset's light."""
-    if not fields:
-        return None
-    to_sun = sun_and_sky(preset).to_sun
-    sky = sky_at(preset.light.sun_elevation, preset.light.turbidity)
-    species = tuple(each.species for each in fields)
-    return AggregateCover(species, to_sun, sky, preset.render.max_depth)
-
-
-def illumination(preset: Preset) -> Illumination:
-    """Return the light that a preset's leaf appearances are fitted in."""
-    light = preset.light
-    return Illumination(round(light.sun_elevation, 3), light.turbidity, preset.render.max_depth)
-
-
-def make_species(
-    name: str,
-    table: SpeciesPreset,
-    weather: Weather,
-    terrain: Terrain,
-    seed: int = PROTOTYPE_SEED,
+def _species(
+    name: str, table: SpeciesPreset, weather: Weather, terrain: Terrain, seed: int
 ) -> Species:
     """Make a species: every prototype in every size, all equally likely."""
-    walks = table.patrol > 0
+    walks, digest = table.patrol > 0, table.model_sha256
     prototypes = model_prototypes(
-        table.model, table.prototypes, table.sizes, walks, weather, table.model_sha256, seed
+        table.model, table.prototypes, table.sizes, walks, weather, digest, seed
     )
     metric = None if table.metric is None else METRICS[table.metric]
-    habitat = make_habitat(table, terrain)
+    habitat = None  # it grows everywhere
+    if table.highest is not None or table.steepest is not None:
+        highest, steepest = (
+            math.inf if limit is None else limit for limit in (table.highest, table.steepest)
+        )
+        habitat = Habitat(terrain.relief, highest, table.thinning, steepest)
     return Species(name, prototypes, table.density, table.patrol, habitat, metric)
-
-
-def make_habitat(table: SpeciesPreset, terrain: Terrain) -> Habitat | None:
-    """Make the habitat of a species; None = it grows everywhere."""
-    if table.highest is None and table.steepest is None:
-        return None
-    highest, steepest = (
-        math.inf if limit is None else limit for limit in (table.highest, table.steepest)
-    )
-    return Habitat(terrain.relief, highest, table.thinning, steepest)
-
-
-def make_placed(
-    name: str, table: PlacedPreset, terrain: Terrain, weather: Weather, light: Illumination
-) -> Placed:
-    """Make one object as a preset places it, on the spot even where it walks."""
-    sizes = (table.size,)
-    *_, prototype = model_prototypes(
-        table.model, table.prototype, sizes, table.walks, weather, table.model_sha256
-    )
-    return Placed(name, prototype, *table.position, table.heading, terrain, light)
-
-
-def make_plume(name: str, table: PlumePreset, preset: Preset, terrain: Terrain) -> Plume:
-    """Make smoke or flames as a preset places them."""
-    azimuth = preset.wind.direction if table.wind is None else table.wind
-    kind = KINDS[table.kind]
-    return Plume(name, kind, preset.seed, *table.position, terrain, table.size, azimuth)

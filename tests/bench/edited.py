@@ -1,6 +1,9 @@
-"""Points with a column of samples changed, for tests of what follows from it."""
+"""Points with a column of samples changed, and records of points, for tests of what follows."""
 
 from dataclasses import replace
+
+from bench.records.provenance import provenance
+from bench.records.records import Record
 
 
 def edited(point, quantity, change, **keys):
@@ -11,3 +14,10 @@ def edited(point, quantity, change, **keys):
         for each in point.samples
     )
     return replace(point, samples=samples)
+
+
+def record_of(experiment, points):
+    """A record of these points of an experiment, judged."""
+    here, points = provenance("ab" * 32, 0), tuple(points)
+    made, claims = "2026-01-01T00:00:00Z", experiment.judged(points)
+    return Record(experiment.name, experiment.version, True, made, here, points, claims, {})

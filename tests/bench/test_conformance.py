@@ -124,6 +124,7 @@ def test_check_notices_and_names_what_is_broken(capfd):
     assert "sloppy, missing" in err
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("package")
 def test_experiments_that_try_metrics_try_theirs_beside_ours(tmp_path, capfd, monkeypatch):
     grid = scaling_grid("halfway")

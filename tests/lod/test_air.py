@@ -97,18 +97,6 @@ def test_fog_is_grey(V):
     assert blue / red == pytest.approx(1, abs=6e-3)  # what is left is Rayleigh's
 
 
-def test_the_bands_of_rgb_stand_in_colour_order():
-    assert rgb_wavelengths() == pytest.approx([642.4, 543.0, 440.9], abs=0.1)
-    assert not rgb_wavelengths().flags.writeable
-
-
-def test_any_number_of_bands():
-    bands = np.linspace(400, 700, 31)
-    beta = haze_extinction(Air(10e3), bands)
-    assert beta.shape == (31,)
-    assert (np.diff(beta) < 0).all()
-
-
 def test_clear_air_takes_nothing():
     assert rgb_extinction(CLEAR).tolist() == [0, 0, 0]
     assert least_extinction(CLEAR) == 0

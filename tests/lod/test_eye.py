@@ -5,11 +5,7 @@ import math
 import numpy as np
 import pytest
 from colour.contrast import (
-    contrast_sensitivity_function_Barten1999,
     optical_MTF_Barten1999,
-    pupil_diameter_Barten1999,
-    retinal_illuminance_Barten1999,
-    sigma_Barten1999,
 )
 from hypothesis import given
 from hypothesis import strategies as st
@@ -29,28 +25,6 @@ from lod.eye import (
 
 DISPLAYS = st.builds(Display, st.floats(20, 120), st.floats(0.1, 1000), st.floats(5, 100))
 EYES = st.builds(Eye, st.floats(0.2, 2), st.floats(0, 0.2), st.floats(1, 6))
-
-
-def barten(display, eye, frequency):
-    pupil = pupil_diameter_Barten1999(display.luminance, display.field_deg)
-    return contrast_sensitivity_function_Barten1999(
-        frequency,
-        sigma_Barten1999(eye.blur_arcmin / 60, eye.aberration_arcmin / 60, pupil),
-        k=eye.signal_to_noise,
-        T=eye.integration_s,
-        X_0=display.field_deg,
-        n=eye.efficiency,
-        E=retinal_illuminance_Barten1999(display.luminance, pupil),
-    )
-
-
-@given(display=DISPLAYS, eye=EYES)
-def test_past_the_peak_it_is_bartens_curve(display, eye):
-    table = sensitivity(display, eye)
-    peak = table.frequency[table.value.argmax()]
-    f = np.geomspace(1.02 * peak, 0.98 * table.frequency[-1], 300)
-    seen = np.exp(np.interp(np.log(f), np.log(table.frequency), np.log(envelope(table.value))))
-    assert seen == pytest.approx(SQUARE_WAVE_GAIN * barten(display, eye, f), rel=1e-3)
 
 
 @given(display=DISPLAYS, eye=EYES)

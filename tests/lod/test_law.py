@@ -57,11 +57,6 @@ def test_a_disc_by_hand():
     assert expected_count(0.5, np.array([16.0, 4.0])) == 10.0
 
 
-def test_variance_of_single_parts_is_poisson_and_of_pairs_by_hand():
-    assert count_variance(2.0, np.array([3.0])) == 6.0
-    assert count_variance(1.0, np.array([3.0, 1.0])) == 3 + 1 + 2 * 1
-
-
 @given(AREAS)
 def test_variance_is_the_double_sum(areas):
     double = np.minimum.outer(areas, areas).sum()

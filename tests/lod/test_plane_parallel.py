@@ -83,15 +83,6 @@ def test_black_plants_hide_the_sky_and_send_nothing():
     assert np.allclose(light[-1, : RINGS // 2], 0.0, atol=1e-9)
 
 
-def test_black_plants_dim_the_air_and_white_ones_less():
-    bare, black, white = (
-        source_function(lit(0.1, 0.1, 1.0, 0.1, cover=cover, plants=plants), HAZE)
-        for cover, plants in ((0.0, 0.0), (0.2, 0.0), (0.2, 1.0))
-    )
-    assert (black[:-1] < bare[:-1]).all()
-    assert (black[:-1] < white[:-1]).all()
-
-
 def test_a_thin_layer_scatters_once():
     """J of the sun alone tends to ϖ·p·E where nothing comes twice."""
     source = source_function(lit(1e-7, sun=2.0), HAZE)

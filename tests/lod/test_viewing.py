@@ -198,15 +198,6 @@ def test_thicker_air_and_less_contrast_weigh_more(visibility_m, contrast, eye, d
         assert (easier.weight(d) <= W.weight(d) * 1.01).all()
 
 
-@given(pixel=decades(1e-5, 1e-2), detail=DETAILS)
-def test_only_pixels_count_not_the_lens(pixel, detail):
-    """A picture looks the same on a display, whatever angle its pixels had at the camera."""
-    wide = tabulated(5e3, 0.5, Display(), Eye(), detail)
-    tele = tabulated(5e3, 0.5, Display(), Eye(), detail, pixel=pixel)
-    d = np.geomspace(10, 9e3, 50)
-    assert tele.weight(d) == pytest.approx(wide.weight(d), rel=0.01)
-
-
 def test_the_blur_of_the_eye_counts_once():
     """It is in Barten's sensitivity; seeing and motion are not, and take more."""
     m, display, eye = 2 * PIXEL, Display(), Eye()
@@ -223,15 +214,6 @@ def test_the_blur_of_the_eye_counts_once():
 def test_a_pixel_is_half_a_period_on_the_display():
     assert display_frequency(PIXEL, BlurWidths(PIXEL), Display(60.0)) == pytest.approx(30.0)
     assert display_frequency(3 * PIXEL, BlurWidths(PIXEL), Display(60.0)) == pytest.approx(10.0)
-
-
-@pytest.mark.parametrize(
-    ("contrast", "beta", "m"),
-    [(0.0, 0, 1), (math.nan, 0, 1), (1, -1, 1), (1, math.nan, 1), (1, math.inf, 1), (1, 0, 0)],
-)
-def test_bad_settings_are_refused(contrast, beta, m):
-    with pytest.raises(InputError):
-        weighted_distance(contrast, beta, m, BlurWidths(PIXEL), Display(), Eye())
 
 
 @pytest.mark.parametrize("bad", [-1.0, math.nan])

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bench.methods.catalogue import culled_beyond
-from bench.methods.method import Arm, by_view
+from bench.methods.method import Method, by_view
 from lod.actors.message import change
 from lod.camera import GRID_M, Corner, camera_from_heading
 from lod.hierarchy import Hierarchy
@@ -105,7 +105,7 @@ FENCE = RepresentationPlugin(
     detail=1.5,
 )
 
-NEAREST = Arm(
+NEAREST = Method(
     "nearest",
     "whole detail up to a few metres, nothing beyond",
     "a cheat",

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 @click.option("--object", "only", type=int, multiple=True, help="With --objects, only this id.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout, or per object.")
 def command(preset: str | None, frame: str | None, only: tuple[int, ...], as_json: bool) -> None:
-    """Presets, metrics, what other packages bring, your models, experiments and studies.
+    """Presets, metrics, what other packages bring, your models and experiments.
 
     --objects: species, cell, number and 128-bit key of each object that a frame displays.
     """
@@ -41,7 +41,6 @@ def command(preset: str | None, frame: str | None, only: tuple[int, ...], as_jso
         _objects(Path(frame), only, as_json)
         return
     from bench.experiment import experiments
-    from bench.studies.registry import study_descriptions
     from lod.metric import METRICS, Metric
     from scenes.actors.behaviours import described_behaviours
     from scenes.model_files.names import models_folder, user_model_names
@@ -60,7 +59,6 @@ def command(preset: str | None, frame: str | None, only: tuple[int, ...], as_jso
             for name, each in experiments().items()
             for topic, told in each.topics.items()
         },
-        "studies": study_descriptions(),
     }
     with output(as_json) as out:
         out.record(sections)

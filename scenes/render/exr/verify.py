@@ -92,10 +92,10 @@ def _check_whole(path: Path, whole: WholeFrame) -> Checked:
         return Checked(path, numbers[0], (wrong,), whole.settings)
     try:
         pixels, _ = read_pixels(path)
-        wrong = _layers(pixels, preset_from_settings(whole.settings))
+        faults = _layers(pixels, preset_from_settings(whole.settings))
     except InputError as error:
-        wrong = [str(error)]
-    return Checked(path, whole.frame, tuple(wrong), whole.settings)
+        faults = [str(error)]
+    return Checked(path, whole.frame, tuple(faults), whole.settings)
 
 
 def _check_damaged(path: Path, candidates: list[tuple[int, Settings]]) -> Checked:

@@ -1,16 +1,23 @@
-"""Whatever a user gets wrong: one line on stderr that names it, exit code 2, nothing written."""
+"""Whatever a user gets wrong: one line on stderr that names it, exit code 2, nothing written.
+Every flag that a message names is one that the program has.
+"""
 
+import ast
 import errno
 import json
 import os
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import click
 import pytest
 
 from bench.cli.commands import count
-from bench.cli.main import main
-from scenes.files import DiskError
+from bench.cli.flags import frame_numbers, memory_limit_bytes
+from bench.cli.main import COMMANDS, main, program
+from lod.errors import InputError
+from scenes.files import DiskError, check_pattern, frame_path, make_folder
 
 Run = Callable[..., tuple[int, str, str]]
 
@@ -200,22 +207,6 @@ def test_a_current_folder_that_was_removed_is_bad_input(run: Run, tmp_path: Path
     assert not (tmp_path / "out").exists()
 
 
-def test_a_current_folder_that_goes_while_a_command_starts_is_bad_input(
-    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def gone(*_: object, **__: object) -> None:
-        (tmp_path / "gone").rmdir()
-        Path.cwd()
-
-    (tmp_path / "gone").mkdir()
-    os.chdir(tmp_path / "gone")
-    monkeypatch.setattr(count, "preset_from_flags", gone)
-    code, _, err = run("count", "meadow")
-    assert (code, err.count("\n")) == (2, 1)
-    assert err == "lodbench: error: current folder: 'removed': " + err.split("'removed': ")[1]
-    assert err.endswith("; change to another\n")
-
-
 @pytest.mark.parametrize(
     ("error", "says"),
     [
@@ -268,14 +259,138 @@ def test_the_least_that_is_allowed_is_counted(run: Run, least: str) -> None:
     assert code == 0 and json.loads(out)["parts"]["displayed"] > 0
 
 
-def test_there_are_enough_cases() -> None:
-    assert len(CASES) >= 40
-    assert len(set(CASES)) == len(CASES)
-
-
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")
 def test_a_folder_without_permission_is_refused(run: Run, tmp_path: Path) -> None:
     (tmp_path / "closed").mkdir(mode=0o555)
     code, _, err = run("render", "meadow", "-o", "closed/a.####.exr")
     assert code == 2
     assert "-o: 'closed': a folder that can be written to" in err
+
+
+@pytest.mark.parametrize(
+    ("text", "frames"),
+    [
+        ("1", (1,)),
+        ("1-4", (1, 2, 3, 4)),
+        ("9, 1,5", (1, 5, 9)),
+        ("1-3,2-5", (1, 2, 3, 4, 5)),
+        ("7-7", (7,)),
+        ("1-40x10", (1, 11, 21, 31)),
+        ("3-9x3, 4", (3, 4, 6, 9)),
+    ],
+)
+def test_frames_are_numbers_each_once(text: str, frames: tuple[int, ...]) -> None:
+    assert frame_numbers(text) == frames
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["", "a", "1-", "-1", "1..3", "3-1", "0-2", "1;2", "1 2", "1234567", "1-9x0", "1-9x", "5x2"],
+)
+def test_what_are_no_frames_is_refused(text: str) -> None:
+    with pytest.raises(InputError, match="--frames"):
+        frame_numbers(text)
+
+
+def test_a_pattern_becomes_a_path() -> None:
+    assert frame_path("out/a.####.exr", 7) == Path("out/a.0007.exr")
+    assert frame_path("####.exr", 12345) == Path("12345.exr")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "a.exr",
+        "a.###.exr",
+        "a.#####.exr",
+        "a.####.####.exr",
+        "####/a.exr",
+        "##/a.####.exr",
+        "a.####.EXR",
+        "",
+    ],
+)
+def test_what_is_no_pattern_is_refused(text: str) -> None:
+    with pytest.raises(InputError, match=r"-o"):
+        check_pattern(text)
+
+
+def test_a_folder_is_made_with_its_parents(tmp_path: Path) -> None:
+    assert make_folder(tmp_path / "a" / "b").is_dir()
+    assert list((tmp_path / "a" / "b").iterdir()) == []
+
+
+def test_a_folder_that_cannot_be_made_leaves_nothing(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="-o"):
+        make_folder(tmp_path / "a" / ("n" * 300))
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_memory_sizes():
+    assert memory_limit_bytes("4GB") == 4_000_000_000 and memory_limit_bytes("1.5 gib") == 3 * 2**29
+    for text in ("4", "GB", "0GB", "-1GB", "4TB", "nanGB", ""):
+        with pytest.raises(InputError, match="--max-memory"):
+            memory_limit_bytes(text)
+
+
+ROOT = Path(__file__).resolve().parents[3]
+FLAG = re.compile(r"(?<![\w-])--[a-z][a-z-]*[a-z]\b")
+ARGUMENT = re.compile(FLAG.pattern + r"(=\S+)?")
+OF_OTHERS = {
+    "--scheduler-file": "dask scheduler",
+    "--flatten": "usdcat",
+}
+"""Flags of other programs, each with a word of the text that names it."""
+
+
+def flags() -> set[str]:
+    """Every flag of every command."""
+    context = click.Context(program)
+    groups = [program.get_command(context, name) for name in COMMANDS]
+    commands = [program, *groups]
+    commands += [each for g in groups if isinstance(g, click.Group) for each in g.commands.values()]
+    options = [each for command in commands if command for each in command.params]
+    found = {flag for each in options for flag in (*each.opts, *each.secondary_opts)}
+    return {*found, "--help", "--version"}
+
+
+def messages() -> Iterator[tuple[str, str]]:
+    """Every text in the rooms that names a flag, with its place; docstrings, too.
+
+    A text that is a flag and nothing else is an argument. The programs of a folder that have flags
+    of their own, for whoever starts them by hand, name them so, and may name them in messages.
+    """
+    for room in ("lod", "scenes", "bench"):
+        for folder in sorted({path.parent for path in (ROOT / room).rglob("*.py")}):
+            texts = [each for path in sorted(folder.glob("*.py")) for each in literals(path)]
+            own = {text.split("=")[0] for _, text in texts if ARGUMENT.fullmatch(text)}
+            for place, text in texts:
+                rest = FLAG.sub(lambda found, own=own: "" if found[0] in own else found[0], text)
+                if not ARGUMENT.fullmatch(text):
+                    yield place, rest
+
+
+def literals(path: Path) -> Iterator[tuple[str, str]]:
+    """Every text of a file, with its place."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Constant) and isinstance(node.value, str):
+            yield f"{path.relative_to(ROOT)}:{node.lineno}", node.value
+
+
+def unknown(texts: Iterator[tuple[str, str]], known: set[str]) -> list[tuple[str, str]]:
+    """Flags that no command has, each with its place."""
+    return [
+        (place, flag)
+        for place, text in texts
+        for flag in FLAG.findall(text)
+        if flag not in known and OF_OTHERS.get(flag, "\0") not in text
+    ]
+
+
+def test_advice_names_flags_that_exist() -> None:
+    assert unknown(messages(), flags()) == []
+
+
+@pytest.mark.parametrize("text", ["add --nosuch", "--overwite", "(--repair-all)"])
+def test_another_flag_would_be_noticed(text: str) -> None:
+    assert unknown(iter([("here", text)]), flags()) == [("here", text.split()[-1].strip("()"))]

@@ -158,7 +158,7 @@ def test_list_names_presets_metrics_and_experiments(capfd: pytest.CaptureFixture
     assert leave(["list", "--json"]) == 0
     listed = json.loads(capfd.readouterr().out)
     assert set(listed) == {
-        *("presets", "metrics", "representations", "experiments", "studies"),
+        *("presets", "metrics", "representations", "experiments"),
         *("behaviours", "models"),
     }
     assert all(about for section in listed.values() for about in section.values())

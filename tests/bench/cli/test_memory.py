@@ -10,7 +10,7 @@ import pytest
 
 from bench.cli.main import main
 from lod.errors import InputError
-from scenes.processes import memory as memory_limit
+from scenes.processes import memory_limit
 from scenes.render import render as stages
 from scenes.render.memory import preflight
 from scenes.scene import Scene
@@ -176,11 +176,11 @@ def test_usual_casts_fit(run: Run) -> None:
     "words",
     [
         ("run", "spectrum", "--quick", "-o", "out", "--max-memory", "200MB"),
-        ("study", "--max-memory", "200MB", "render_settings", "zoo", "--size", "16x9"),
+        ("run", "settings", "--quick", "-o", "out", "--max-memory", "200MB"),
     ],
     ids=" ".join,
 )
-def test_experiments_and_studies_estimate_each_picture(
+def test_experiments_estimate_each_picture(
     run: Run, monkeypatch: pytest.MonkeyPatch, words: tuple[str, ...]
 ) -> None:
     monkeypatch.setenv("LODBENCH_MAX_MEMORY", "")

@@ -1,9 +1,8 @@
-"""Rivals are compared at equal error: cheats never get there, and a copy ties.
+"""Methods are compared at equal error: cheats never get there, and a copy ties.
 
-Programs outside: what they are given, and that an environment is whole or is not there.
+Programs of others: what they are given, and that an environment is complete or is not there.
 """
 
-import math
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -11,32 +10,36 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from bench.experiments.rivals.claims import judge
-from bench.experiments.rivals.measure import (
+from bench.experiments.methods import (
+    EXPERIMENT,
     MOST_BYTES,
-    Window,
-    _foretold,
-    _peak_bytes,
     changes,
+    claims,
+    estimated_bytes,
     measure,
-    measure_cycles,
-    noise,
+    peak_bytes,
+    plots,
+    tables,
 )
-from bench.experiments.rivals.plots import plots, point_table, summary, tables
+from bench.frame_costs import Picture
 from bench.images.compare import PAIR_BANDS
 from bench.images.equal_error import EQUAL_ERROR
 from bench.methods import environments
-from bench.methods.catalogue import arms, culled_beyond
-from bench.methods.comparison import STAGES, at_equal_error, at_equal_time, best_rival, judged_error
-from bench.methods.cycles import chains
+from bench.methods.catalogue import culled_beyond, methods
+from bench.methods.comparison import (
+    at_equal_error,
+    beside_best_baseline,
+    judged_error,
+)
+from bench.methods.cycles import chains, measure_cycles, noise
 from bench.methods.environments import CYCLES, VIDEO, answer_of
-from bench.methods.method import Arm, by_view
+from bench.methods.method import Method, by_view
+from bench.methods.runner import STAGES, Window
 from bench.methods.video import just_objectionable_differences
 from bench.records.records import Column, Point, where
-from bench.windows import Picture
 from lod.errors import InputError
-from scenes import plugins as entry_points
-from scenes.world.world import build_world
+from scenes import plugins
+from tests.bench.edited import record_of
 
 PLUGIN = Path(__file__).parents[2] / "plugin"
 
@@ -78,22 +81,11 @@ def test_time_at_equal_error_is_read_between_settings():
     assert at_equal_error(rows("blake", (8.0, 4.0, 2.0)))["blake"][0].seconds == pytest.approx(4.0)
 
 
-def test_error_at_equal_time_is_read_between_settings():
-    """The metric takes 4 s at equal error; a rival is slower, faster, or between two settings."""
-    ours = rows("blake", (8.0, 4.0, 2.0))
-    between = [point("rival", 1.0, 0.001, 16.0), point("rival", 2.0, 0.004, 1.0)]
-    slower, faster = point("slower", 1.0, 0.001, 5.0), point("faster", 1.0, 0.03, 0.5)
-    found = at_equal_time([*ours, *between, slower, faster])
-    assert found["blake"] == [pytest.approx(EQUAL_ERROR)]
-    assert found["rival"] == [pytest.approx(0.002)]
-    assert math.isnan(found["slower"][0]) and found["faster"] == [pytest.approx(0.03)]
-
-
 def test_a_cheat_never_reaches_equal_error():
     cheat = [point("distance", s, 0.2, 0.01) for s in (100.0, 50.0)]
     found = at_equal_error([*rows("blake", (8.0, 4.0, 2.0)), *cheat])
-    assert not found["distance"][0].reached and best_rival(found, "seconds") is None
-    assert judge((*rows("blake", (8.0, 4.0, 2.0)), *cheat)) == ()
+    assert not found["distance"][0].reached and beside_best_baseline(found, "seconds") is None
+    assert claims((*rows("blake", (8.0, 4.0, 2.0)), *cheat)) == ()
 
 
 def test_who_leaves_out_what_is_far_is_not_within_the_error():
@@ -103,25 +95,28 @@ def test_who_leaves_out_what_is_far_is_not_within_the_error():
     assert not at_equal_error(few[1:])["distance"][0].reached
 
 
-def test_a_rival_that_fits_in_some_fields_alone_does_not_count():
+def test_a_baseline_that_fits_in_some_fields_alone_does_not_count():
     both = [each for field in (0, 1) for each in rows("blake", (8.0, 4.0, 2.0), field)]
-    assert best_rival(at_equal_error([*both, *rows("full", (2.0, 2.0, 2.0))]), "seconds") is None
+    assert (
+        beside_best_baseline(at_equal_error([*both, *rows("full", (2.0, 2.0, 2.0))]), "seconds")
+        is None
+    )
 
 
 def test_a_world_without_a_whole_picture_has_no_claim():
     timed = [Point(each.case, samples=each.samples[3:]) for each in rows("blake", (8, 4, 2))]
-    assert judge(tuple(timed)) == ()
+    assert claims(tuple(timed)) == ()
 
 
-def test_a_copy_ties_and_the_better_of_two_rivals_counts():
+def test_a_copy_ties_and_the_better_of_two_baselines_counts():
     both = [
         each
         for field in (0, 1)
         for times, arm in (((8, 4, 2), "blake"), ((8, 4, 2), "copy"), ((9, 5, 3), "worse"))
         for each in rows(arm, times, field)
     ]
-    time, memory = judge(tuple(both))
-    assert time.name == "crowd/1000/time" and "copy" in time.quantity
+    time, memory = claims(tuple(both))
+    assert time.condition == {"kind": "crowd", "objects": 1e3, "baseline": "copy"}
     assert (time.measured, time.low, time.high) == pytest.approx((1.0, 1.0, 1.0))
     assert time.verdict == memory.verdict == "holds"
 
@@ -133,35 +128,34 @@ def test_a_slower_metric_is_refuted():
         for times, arm in (((8, 4 + field / 10, 2), "blake"), ((4, 2, 1), "discrete"))
         for each in rows(arm, times, field)
     ]
-    time, _ = judge(tuple(both))
+    time, _ = claims(tuple(both))
     assert time.verdict == "refuted" and time.measured == pytest.approx(2.05, abs=0.01)
 
 
 @pytest.mark.slow
-def test_an_arm_that_is_foretold_not_to_fit_is_entered_with_what_it_needs(monkeypatch, record):
+def test_an_arm_that_is_foretold_not_to_fit_is_entered_with_what_it_needs(monkeypatch):
     """Without a whole picture there are no errors; the arms that fit are timed as they are."""
-    some = {name: arms()[name] for name in ("blake", "full", "distance")}
+    some = {name: methods()[name] for name in ("blake", "full", "distance")}
     few = {name: replace(arm, settings=arm.settings[-1:]) for name, arm in some.items()}
-    monkeypatch.setattr("bench.experiments.rivals.measure.arms", lambda: few)
+    monkeypatch.setattr("bench.experiments.methods.methods", lambda: few)
     window = Window("crowd", 60.0, 0, Picture("32x18", 1), 1, 1, "scalar_rgb", weighed=0)
-    monkeypatch.setattr("bench.experiments.rivals.measure.MOST_BYTES", 1)
+    monkeypatch.setattr("bench.experiments.methods.MOST_BYTES", 1)
     points = measure(window, 0)
     needed = {p.case["arm"]: p.column("foretold_bytes")[0] for p in points if len(p.samples) == 1}
     assert set(needed) == {"full", "distance"} and min(needed.values()) > 1e6
-    assert judge(tuple(points)) == () and at_equal_error(points) == {}
-    (_, (_, rows)), *_ = tables(replace(record, points=tuple(points)))
-    told = {row[1]: row[2] for row in rows}
-    assert told["full"] == told["distance"] == "does not fit"
-    assert told["blake"].startswith("no whole picture; ") and told["blake"].endswith(" at 8")
+    assert claims(tuple(points)) == () and at_equal_error(points) == {}
+    _, (_, (_, rows)), *_ = tables(record_of(EXPERIMENT, points))
+    cost = {row[1]: row[2] for row in rows}
+    assert cost["full"] == cost["distance"] == "does not fit"
+    assert cost["blake"].startswith("no reference; ") and cost["blake"].endswith(" at 8")
 
 
 def test_culling_is_foretold_to_need_no_more_than_everything():
     """The ground of a culling arm is the whole view's, and is not refined by the arm's metric."""
     window = Window("crowd", 1000.0, 0, Picture("320x180", 16), 1, 1, "scalar_rgb")
-    preset = window.preset(0)
-    world = build_world(preset)
+    scene = window.scene(0)
     full, far, near = (
-        _foretold(arms()[name], setting, world, preset, "scalar_rgb")
+        estimated_bytes(methods()[name], setting, scene, "scalar_rgb")
         for name, setting in (("full", 0.0), ("distance", 800.0), ("distance", 50.0))
     )
     assert full == far > near > 0.3 * full
@@ -171,12 +165,11 @@ def test_culling_is_foretold_to_need_no_more_than_everything():
 def test_a_meadow_that_took_all_the_memory_there_was_is_foretold_not_to_fit():
     """While arms were compared in it the system killed the process, which held 24 GB by then."""
     window = Window("meadow", 1e5, 0, Picture("320x180", 16), 1, 1, "llvm_ad_rgb")
-    preset = window.preset(0)
-    needed = _foretold(arms()["full"], 0.0, build_world(preset), preset, "llvm_ad_rgb")
+    needed = estimated_bytes(methods()["full"], 0.0, window.scene(0), "llvm_ad_rgb")
     assert needed > MOST_BYTES
 
 
-CHEAT = Arm(
+CHEAT = Method(
     "cheat",
     "nothing beyond 50 m",
     "planted",
@@ -196,23 +189,24 @@ def planted():
     with pytest.MonkeyPatch.context() as patch:
         patch.syspath_prepend(str(PLUGIN))
         patch.setenv("PYTHONPATH", str(PLUGIN))
-        entry_points.installed.cache_clear()
-        some = {name: arms()[name] for name in ("blake", "full", "nearest")}
+        plugins.installed.cache_clear()
+        some = {name: methods()[name] for name in ("blake", "full", "nearest")}
         blake = replace(some["blake"], settings=(0.5, 2.0))
         tried = {**some, "blake": blake, "copy": replace(blake, name="copy"), "cheat": CHEAT}
-        patch.setattr("bench.experiments.rivals.measure.arms", lambda: tried)
-        patch.setattr("bench.experiments.rivals.measure._peak_bytes", _peak_of(blake))
+        patch.setattr("bench.experiments.methods.methods", lambda: tried)
+        patch.setattr("bench.experiments.methods.peak_bytes", _peak_of(blake))
         window = Window("crowd", 1000.0, 0, Picture("64x36", 16), 2, 3, "scalar_rgb")
         yield tuple(p for field in (0, 1) for p in measure(replace(window, field=field), 0))
-    entry_points.installed.cache_clear()
+    plugins.installed.cache_clear()
 
 
 def _peak_of(blake):
     """Memory is measured in processes that know no planted arm: a copy is asked for as blake."""
 
     def peak(runner, case, seed):
-        known = {"copy": blake, "cheat": arms()["distance"]}.get(runner.arm.name, runner.arm)
-        return _peak_bytes(replace(runner, arm=known), case, seed)
+        known = {"copy": blake, "cheat": methods()["distance"]}
+        method = known.get(runner.method.name, runner.method)
+        return peak_bytes(replace(runner, method=method), case, seed)
 
     return peak
 
@@ -238,15 +232,14 @@ def _drawn(each):
 
 
 @pytest.mark.slow
-def test_every_arm_stands_in_the_report(planted, record):
-    """That of another package does, too; the whole frame has no error beside its own noise."""
-    whole = where(planted, arm="full")
-    assert all((p.values("flip") == p.values("flip_floor")).all() for p in whole)
-    made = replace(record, experiment="rivals", points=planted)
-    for heads, told in (point_table(made), summary(made), *(t for _, t in tables(made))):
-        assert {len(row) for row in told} <= {len(heads)}
-    assert len(point_table(made)[1]) == len(planted)
-    (_, (_, rows)), *_ = tables(made)
+def test_every_method_stands_in_the_report(planted):
+    """That of another package does, too; the reference has no error beside its own noise."""
+    unpruned = where(planted, arm="full")
+    assert all((p.values("flip") == p.values("flip_floor")).all() for p in unpruned)
+    made = record_of(EXPERIMENT, planted)
+    for heads, rows in (table for _, table in tables(made)):
+        assert {len(row) for row in rows} <= {len(heads)}
+    _, (_, (_, rows)), *_ = tables(made)
     assert {row[1] for row in rows} == {"blake", "full", "nearest", "copy", "cheat"}
     assert len(plots(made)) == 2
 
@@ -284,7 +277,7 @@ def test_an_environment_is_there_when_it_was_made_whole_from_these_requirements(
 
 @pytest.mark.usefixtures("none_made")
 def test_what_cannot_be_made_or_asked_is_refused_in_a_line(monkeypatch):
-    with pytest.raises(InputError, match="study environments cycles"):
+    with pytest.raises(InputError, match="lodbench environments cycles"):
         answer_of(CYCLES, "cycles_child.py", "{}")
     with pytest.raises(InputError, match=r"Python 2\.7 alone"):
         replace(CYCLES, needs_python="2.7").make()

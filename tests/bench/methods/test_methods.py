@@ -1,4 +1,4 @@
-"""Every arm has the property that its source states."""
+"""Every method has the property that its source states."""
 
 import itertools
 from dataclasses import replace
@@ -9,8 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bench.methods import catalogue as registry
-from bench.methods.catalogue import OURS, arms, culled_beyond
+from bench.frame_costs import Picture, window_preset
+from bench.methods import catalogue
+from bench.methods.catalogue import METHODS, culled_beyond, methods
 from bench.methods.discrete_levels import (
     BAND,
     NOTHING,
@@ -29,13 +30,11 @@ from bench.methods.stochastic import (
     outline_areas,
     toward_mean,
 )
-from bench.windows import Picture, window_preset
 from lod.errors import InputError
 from lod.pruner import prune
 from lod.view import distance, in_view
-from scenes import plugins as entry_points
-from scenes.scene import view_at
-from scenes.world.world import build_world
+from scenes import plugins
+from scenes.scene import Scene
 
 PLUGIN = Path(__file__).parents[2] / "plugin"
 TINY = Picture("64x36", 1)
@@ -45,39 +44,36 @@ GRASSLESS = "species.sward.density=0"
 
 @pytest.fixture(scope="module")
 def crowd():
-    preset = window_preset("crowd", FEW, 60.0, TINY, None)
-    return preset, build_world(preset)
+    return Scene(window_preset("crowd", FEW, 60.0, TINY, None))
 
 
 def frame(crowd, name, setting, number=1):
-    preset, world = crowd
-    return OURS[name].prepare(world, preset, setting)(number, "scalar_rgb")
+    return METHODS[name].prepare(crowd, setting)(number, "scalar_rgb")
 
 
 def people(made):
     return next(each for each in made.displayed if each.name == "figure")
 
 
-# Everything, and culling
+# The unpruned reference, and culling
 
 
-def test_everything_is_every_part_of_everybody(crowd):
+def test_the_unpruned_reference_is_every_part_of_everybody(crowd):
     shown = people(frame(crowd, "full", 0.0)).cut
-    tree = crowd[1].fields[0].prototypes.part_tables.hierarchies[0]
+    tree = crowd.world.fields[0].prototypes.part_tables.hierarchies[0]
     assert shown.displayed_parts == shown.displayed_objects * len(tree) > 1000
 
 
 def test_what_stands_still_is_made_once_and_what_walks_is_not(crowd):
     still = window_preset("meadow", (*FEW, GRASSLESS), 5.0, TINY, None)
-    for preset, same in ((still, True), (crowd[0], False)):
-        update = OURS["full"].prepare(build_world(preset), preset, 0.0)
+    for scene, same in ((Scene(still), True), (crowd, False)):
+        update = METHODS["full"].prepare(scene, 0.0)
         first, second = update(1, "scalar_rgb"), update(2, "scalar_rgb")
         assert (second.displayed is first.displayed) is same
 
 
 def test_culling_by_distance_keeps_the_near_whole_and_nothing_far(crowd):
-    preset, world = crowd
-    field, view = world.fields[0], view_at(world, preset, 1)
+    field, view = crowd.world.fields[0], crowd.view(1)
     mine = culled_beyond(view, 30.0)
     kept = prune(field, mine).parts
     assert 0 < len(kept) and distance(mine, kept.position).max() < 30.0
@@ -89,14 +85,13 @@ def test_culling_by_distance_keeps_the_near_whole_and_nothing_far(crowd):
 
 def test_culling_by_view_drops_what_is_out_of_it_and_nothing_else(crowd):
     """Whole objects, of which some part is in view: nobody's leaf appearance stands for parts."""
-    preset, world = crowd
-    view = view_at(world, preset, 1)
+    view, field = crowd.view(1), crowd.world.fields[0]
     shown = people(frame(crowd, "in_view", 0.0)).cut
-    kept, everybody = shown.parts, prune(world.fields[0], engine_view(view)).parts
-    tree = world.fields[0].prototypes.part_tables.hierarchies[0]
+    kept, everybody = shown.parts, prune(field, engine_view(view)).parts
+    tree = field.prototypes.part_tables.hierarchies[0]
     assert shown.displayed_parts == shown.displayed_objects * len(tree)
     roots = everybody.position[everybody.parent < 0]
-    reach = float(world.fields[0].prototypes.part_tables.bound[0])
+    reach = float(field.prototypes.part_tables.bound[0])
     inside = in_view(view, roots, np.full(len(roots), reach))
     assert 0 < shown.displayed_objects == np.count_nonzero(inside) < len(roots)
     assert np.array_equal(kept.position[kept.parent < 0], roots[inside])
@@ -127,9 +122,8 @@ def test_four_versions_and_none():
 
 def test_switching_back_and_forth_at_a_switch_changes_nothing(crowd):
     """An object that moves by less than the band about a switch keeps its version."""
-    preset, world = crowd
-    field = world.fields[0]
-    view = replace(engine_view(view_at(world, preset, 1)), metric=VERSIONS, detail=2.0)
+    field = crowd.world.fields[0]
+    view = replace(engine_view(crowd.view(1)), metric=VERSIONS, detail=2.0)
     first, memory = cut_with_hysteresis(field, view, NOTHING)
     for factor in (1 - BAND / 4, 1.0, 1 - BAND / 4, 1.0):
         moved = replace(view, detail=view.detail * factor)
@@ -146,9 +140,7 @@ def test_switching_back_and_forth_at_a_switch_changes_nothing(crowd):
 
 
 def test_a_version_is_a_connected_top_of_the_tree(crowd):
-    preset, world = crowd
-    made = prepare(world, preset, 2.0)(1, "scalar_rgb")
-    cut = people(made).cut
+    cut = people(prepare(crowd, 2.0)(1, "scalar_rgb")).cut
     owned = cut.parent >= 0
     assert (cut.parent[owned] < np.flatnonzero(owned)).all()
     assert np.array_equal(cut.object[cut.parent[owned]], cut.object[owned])
@@ -181,9 +173,8 @@ def test_what_is_drawn_from_afar_is_drawn_from_near():
 
 
 def test_near_sticks_are_all_drawn_as_they_are(crowd):
-    _preset, world = crowd
     whole, some = frame(crowd, "full", 0.0), frame(crowd, "stochastic", 1e-6)
-    drawn, finest = people(some).shape, elements_of(world.fields[0].prototypes)
+    drawn, finest = people(some).shape, elements_of(crowd.world.fields[0].prototypes)
     assert len(drawn) == finest.counts[0] * people(whole).cut.displayed_objects
     ends = {tuple(np.round(row, 6)) for row in people(whole).shape.start}
     assert all(tuple(np.round(row, 6)) in ends for row in drawn.start[::97])
@@ -210,17 +201,17 @@ def test_colours_go_to_their_mean_in_steps():
 # The door
 
 
-def test_an_arm_of_another_package_enters(monkeypatch):
+def test_a_method_of_another_package_enters(monkeypatch):
     monkeypatch.syspath_prepend(str(PLUGIN))
-    entry_points.installed.cache_clear()
+    plugins.installed.cache_clear()
     try:
-        found = arms()
-        assert found["nearest"].settings == (3.0, 2.0) and set(OURS) < set(found)
+        found = methods()
+        assert found["nearest"].settings == (3.0, 2.0) and set(METHODS) < set(found)
     finally:
-        entry_points.installed.cache_clear()
+        plugins.installed.cache_clear()
 
 
-def test_an_arm_of_a_taken_name_is_refused(monkeypatch):
-    monkeypatch.setattr(registry, "installed", lambda group: {"blake": None})
-    with pytest.raises(InputError, match="no arm has"):
-        arms()
+def test_a_method_of_a_taken_name_is_refused(monkeypatch):
+    monkeypatch.setattr(catalogue, "installed", lambda group: {"blake": None})
+    with pytest.raises(InputError, match="no method has"):
+        methods()

@@ -5,8 +5,10 @@ import os
 from dataclasses import replace
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from bench.records.claims import Claim, claim, claim_from
+from bench.records.claims import EXACT, at_least, at_most, claim, claim_from, equals, within
 from bench.records.provenance import provenance
 from bench.records.records import (
     Point,
@@ -20,19 +22,17 @@ from bench.records.records import (
 from bench.statistics.estimates import Estimate
 from lod.errors import InputError
 
+WITHIN = within(2.0, 0.02)
 
-def a_claim(low, high, predicted=2.0, tolerance=0.02, relation="equals"):
-    return Claim(
-        "x",
-        "about",
-        "exponent",
-        "§4.1",
-        predicted,
-        tolerance,
-        (low + high) / 2,
-        low,
-        high,
-        relation,
+
+def a_claim(low, high, bound=WITHIN, **more):
+    found = Estimate((low + high) / 2, low, high, 0.1, 1.0, 9)
+    return claim(
+        "exponent of parts against τ",
+        bound,
+        {"preset": "meadow", "τ": "1 px"},
+        found,
+        **{"unit": "field", "source": "§4.1"} | more,
     )
 
 
@@ -53,47 +53,68 @@ def a_record(seed=0, made="2026-01-01T00:00:00Z", **changes):
 
 
 @pytest.mark.parametrize(
-    "low, high, relation, verdict",
+    ("low", "high", "bound", "verdict", "text"),
     [
-        (1.985, 2.015, "equals", "holds"),
-        (1.98, 2.02, "equals", "holds"),
-        (1.97, 2.01, "equals", "undecided"),
-        (1.5, 2.5, "equals", "undecided"),
-        (2.021, 2.03, "equals", "refuted"),
-        (1.9, 1.979, "equals", "refuted"),
-        (0.1, 0.2, "at most", "holds"),
-        (0.1, 2.1, "at most", "undecided"),
-        (2.03, 2.1, "at most", "refuted"),
+        (1.985, 2.015, WITHIN, "holds", "equivalent within ±0.02"),
+        (1.98, 2.02, WITHIN, "holds", "equivalent within ±0.02"),
+        (1.97, 2.01, WITHIN, "inconclusive", "inconclusive"),
+        (1.5, 2.5, WITHIN, "inconclusive", "inconclusive"),
+        (2.021, 2.03, WITHIN, "refuted", "refuted"),
+        (1.9, 1.979, WITHIN, "refuted", "refuted"),
+        (0.1, 0.2, at_most(2.02), "holds", "holds"),
+        (0.1, 2.1, at_most(2.02), "inconclusive", "inconclusive"),
+        (2.03, 2.1, at_most(2.02), "refuted", "refuted"),
+        (2.03, 2.1, at_least(2.02), "holds", "holds"),
+        (0.1, 2.1, at_least(2.02), "inconclusive", "inconclusive"),
+        (0.1, 0.2, at_least(2.02), "refuted", "refuted"),
     ],
 )
-def test_the_verdict_follows_from_the_interval(low, high, relation, verdict):
-    assert a_claim(low, high, relation=relation).verdict == verdict
+def test_the_verdict_follows_from_the_interval(low, high, bound, verdict, text):
+    made = a_claim(low, high, bound)
+    assert (made.verdict, made.verdict_text) == (verdict, text)
+    assert claim_from(json.loads(json.dumps(made.as_json()))) == made
+
+
+@given(st.floats(-5, 5), st.floats(0.001, 3), st.floats(0, 2), st.floats(-5, 5))
+def test_at_least_is_at_most_turned_round(middle, half, margin, value):
+    low, high = middle - half, middle + half
+    least = a_claim(low, high, at_least(value)).verdict
+    assert least == a_claim(-high, -low, at_most(-value)).verdict
+    if a_claim(low, high, within(value, margin)).verdict == "holds":
+        assert a_claim(low, high, at_most(value + margin)).verdict == "holds"
+        assert a_claim(low, high, at_least(value - margin)).verdict == "holds"
 
 
 @pytest.mark.parametrize(
-    "low, high, verdict",
-    [(1.99, 2.01, "holds"), (1.97, 2.01, "undecided"), (2.03, 2.1, "fails as expected")],
+    ("low", "high", "verdict", "in_json"),
+    [
+        (1.99, 2.01, "holds", "holds"),
+        (1.97, 2.01, "inconclusive", "undecided"),
+        (2.03, 2.1, "expected violation", "refuted"),
+    ],
 )
-def test_what_fails_where_that_is_expected_refutes_nothing(low, high, verdict):
-    made = replace(a_claim(low, high), expected_to_fail=True)
+def test_what_fails_where_that_is_expected_refutes_nothing(low, high, verdict, in_json):
+    made = a_claim(low, high, violation_expected=True)
     assert made.verdict == verdict
-    assert claim_from(made.as_json()) == made
-    assert "expected_to_fail" not in a_claim(low, high).as_json()
+    data = made.as_json()
+    assert (data["verdict"], data["violation_expected"]) == (in_json, True)
+
+
+def test_sentence_and_name_are_made_of_the_fields():
+    made = a_claim(1.99, 2.01)
+    assert made.sentence == "Exponent of parts against τ within 2 ± 0.02 (meadow, τ = 1 px)."
+    assert made.name == "exponent_of_parts_against_tau/meadow/1_px"
+    assert made.measured_text == "2.0000 (1.9900 to 2.0100)"
+    assert a_claim(0.25, 0.3, at_least(0.1)).bound.__str__() == "≥ 0.1"
 
 
 def test_a_verdict_is_never_read_back():
     data = a_claim(1.99, 2.01).as_json()
-    assert data["verdict"] == "holds"
     assert claim_from(data | {"verdict": "refuted"}).verdict == "holds"
-    assert claim_from(data | {"low": 1.0}).verdict == "undecided"
+    assert claim_from(data | {"low": 1.0}).verdict == "inconclusive"
 
 
-def test_a_claim_takes_its_numbers_from_the_estimate():
-    made = claim("n", ("a", "q", "§"), 1.0, 0.02, Estimate(1.001, 0.99, 1.01, 0.005, 1.0, 9))
-    assert (made.measured, made.low, made.high, made.verdict) == (1.001, 0.99, 1.01, "holds")
-
-
-@pytest.mark.parametrize("low, high", [(float("nan"), 1.0), (1.0, float("inf"))])
+@pytest.mark.parametrize(("low", "high"), [(float("nan"), 1.0), (1.0, float("inf"))])
 def test_a_claim_of_numbers_that_are_not_finite_is_refused(low, high):
     with pytest.raises(InputError, match="finite"):
         a_claim(low, high)
@@ -101,7 +122,14 @@ def test_a_claim_of_numbers_that_are_not_finite_is_refused(low, high):
 
 def test_a_claim_outside_its_own_interval_is_refused():
     with pytest.raises(InputError, match="low"):
-        Claim("x", "about", "q", "§", 1.0, 0.1, measured=3.0, low=1.0, high=2.0)
+        replace(a_claim(1.0, 2.0), measured=3.0)
+
+
+def test_a_number_without_spread_says_that_it_is_exact():
+    with pytest.raises(InputError, match="exact"):
+        a_claim(2.0, 2.0)
+    assert a_claim(2.0, 2.0, unit=EXACT).measured_text == "2.0000 (exact)"
+    assert a_claim(2.0, 2.0, equals(2.0), unit=EXACT).verdict == "holds"
 
 
 def test_what_is_written_reads_back(tmp_path):
@@ -138,13 +166,13 @@ def test_a_record_that_names_another_hash_is_refused(tmp_path):
         read_record(path)
 
 
-@pytest.mark.parametrize("version", [1, 2, 4, None])
+@pytest.mark.parametrize("version", [1, 2, 3, None])
 def test_a_record_of_another_format_is_refused(tmp_path, version):
     path = write_record(a_record(), tmp_path)
     body = json.loads(path.read_text(encoding="utf-8"))
-    assert body["format_version"] == 3
+    assert body["format_version"] == 4
     path.write_text(json.dumps(body | {"format_version": version}), encoding="utf-8")
-    with pytest.raises(InputError, match="format version 3"):
+    with pytest.raises(InputError, match="format version 4"):
         read_record(path)
 
 

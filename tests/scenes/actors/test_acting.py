@@ -283,12 +283,6 @@ def test_a_damaged_track_is_none():
         from_bytes(data[: len(data) // 2])
 
 
-def test_there_are_no_frames_beyond_the_last():
-    done = performance_of(preset())
-    with pytest.raises(InputError, match=r"acting\.frames=26"):
-        done.frame(26)
-
-
 def test_between_frames_it_turns_the_shorter_way():
     half = {"position": (0.0, 0.0), "heading": -90.0, "model": "windmill"}
     line = {"to": "mill", "do": "go 0 24"}

@@ -210,16 +210,6 @@ def test_a_limb_that_is_asked_alone_is_where_all_limbs_say_it_is(first):
         assert sorted(turn for _, turn in posed[0]) == sorted(turn for _, turn in below)
 
 
-def test_a_body_that_is_released_while_it_stands_stands_as_before():
-    joe = Body("joe", someone("person"))
-    before = joe.receive(ask("head", "joint")).value.turn
-    joe.receive(change("head", "bend", (0, 10, 0))).value  # noqa: B018
-    assert joe.receive(ask("head", "joint")).value.turn != before
-    joe.receive(change("", "release")).value  # noqa: B018
-    assert joe.receive(ask("head", "joint")).value.turn == before
-    assert joe.receive(ask("", "posture")).value.held == ()
-
-
 def test_who_has_left_answers_nothing_of_its_limbs():
     joe = Body("joe", someone("person"))
     joe.receive(change("", "leave")).value  # noqa: B018

@@ -8,6 +8,7 @@ from numpy.random import Philox
 from lod.camera import GRID_M
 from lod.pruner import prune
 from scenes.field.cells import PoissonCells
+from scenes.field.prototypes import InstancesInView
 from scenes.noise import hash_name
 
 
@@ -73,3 +74,10 @@ def pruned(field, view):
     }
     assert len(found) == cut.displayed_parts
     return cut, found
+
+
+def instances_in_cells(field, corner, cell_x, cell_y, time_s=0.0):
+    """All objects of the given cells with homes in the window, posed at a time [s]."""
+    samples = field.sample_cells(corner, cell_x, cell_y)
+    instances = field._place(corner, samples, time_s, None)
+    return InstancesInView(instances, samples, np.zeros(len(samples)))

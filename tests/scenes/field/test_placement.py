@@ -27,6 +27,7 @@ from scenes.models.stone import boulder_prototypes
 from scenes.trees.species import tree_species
 from scenes.trees.tree import tree_prototypes
 from scenes.world.world import World
+from tests.scenes.field.brute_force import instances_in_cells
 
 
 class Ground:
@@ -170,7 +171,7 @@ def test_the_share_falls_with_height_and_slope():
 def test_homes_are_kept_by_their_share():
     field = stones()
     cells = (g.ravel() for g in np.indices((60, 60)))
-    everywhere, kept = (each.instances_in_cells(HOME, *cells) for each, cells in
+    everywhere, kept = (instances_in_cells(each, HOME, *cells) for each, cells in
                         zip((stones(None), field), 2 * [tuple(cells)], strict=True))  # fmt: skip
     share = HABITAT.share(HOME, stones(None).homes(HOME, everywhere.samples))
     assert len(kept.samples) == pytest.approx(

@@ -20,7 +20,7 @@ from lod.view import View
 from lod.viewing import BlurWidths, ViewingConditions
 from scenes.field.species_field import Species, SpeciesField
 from scenes.sticks.prototype import Prototype
-from tests.scenes.field.brute_force import Waves, objects_in, pruned
+from tests.scenes.field.brute_force import Waves, instances_in_cells, objects_in, pruned
 
 
 def prototype_from(chance):
@@ -191,7 +191,7 @@ def test_places_are_exact_far_from_home(seed, x, y):
     """A cell's objects stand where they stand, to 1 µm, 10^12 m from the origin."""
     field = SpeciesField(world_from(seed, "blake")[0].species, seed, Waves(0.0))
     ix, iy, rest_x, rest_y = Corner(x, y).lattice(field.cells.side_m)
-    objects = field.instances_in_cells(Corner(x, y), np.array([ix]), np.array([iy]))
+    objects = instances_in_cells(field, Corner(x, y), np.array([ix]), np.array([iy]))
     samples = field.cells.sample(np.array([ix]), np.array([iy]))
     side = field.cells.side_m
     for axis, rest in ((0, rest_x), (1, rest_y)):

@@ -10,7 +10,7 @@ from bench.frame_counts import predict
 from lod.camera import Corner, camera_from_heading
 from lod.errors import InputError
 from lod.metric import METRICS
-from lod.pruner import prune, prune_by_level
+from lod.pruner import prune
 from lod.view import View
 from scenes.field.species_field import Species, SpeciesField
 from scenes.presets.load import load_preset
@@ -50,11 +50,6 @@ def test_what_either_eye_displays_both_do(baseline):
     if baseline == 3.0:
         assert each[0] != each[1]
         assert each[0] | each[1] != displayed(prune(field, view_of(0.0)))
-
-
-def test_the_compiled_cut_of_a_pair_is_the_one_level_by_level():
-    view = view_of(1.5)
-    assert displayed(prune(people(), view)) == displayed(prune_by_level(people(), view))
 
 
 @pytest.mark.parametrize("look_around", [True, False])

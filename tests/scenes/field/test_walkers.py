@@ -23,7 +23,7 @@ from scenes.presets.load import load_preset
 from scenes.rig.foot_placement import BODY, FOOTPRINT, SOLE, Placements, place_on_ground
 from scenes.rig.pose import PoseTables, pose_points
 from scenes.scene import Scene
-from tests.scenes.field.brute_force import Waves, drawn, objects_in, pruned
+from tests.scenes.field.brute_force import Waves, drawn, instances_in_cells, objects_in, pruned
 from tests.scenes.figures.contact_errors import lowest_heights, sample_cycle
 from tests.scenes.figures.motion_phase import motion_at
 
@@ -418,7 +418,7 @@ def test_nobody_skates():
     chosen = [names[i] for i in who]
     cells = np.unique(np.array([name[:2] for name in chosen]), axis=0).T
     for frame in range(1, 26):
-        objects = field.instances_in_cells(corner, *cells, (frame - 1) / 24)
+        objects = instances_in_cells(field, corner, *cells, (frame - 1) / 24)
         row = {name: i for i, name in enumerate(identities(objects.samples))}
         second.append(contacts(field, objects.instances, np.array([row[name] for name in chosen])))
     assert np.array_equal(second[0][0], contacts(field, instances, who)[0])

@@ -6,11 +6,10 @@ import pytest
 from bench.experiments.figure import EVERYTHING
 from lod.errors import InputError
 from scenes.figures.anatomy import Build, build_prototype
-from scenes.figures.animal_file import animal, animal_tables, load_animal
-from scenes.figures.person import people_at_rest
+from scenes.figures.animal_file import AnimalFile, animal, animal_tables, load_animal
 from scenes.model_files.names import animal_names
 from scenes.rig.rotations import to_euler
-from tests.scenes.figures.contact_errors import foot_slide, lowest_heights, sample_cycle
+from tests.scenes.figures.contact_errors import lowest_heights, sample_cycle
 from tests.scenes.figures.motion_phase import motion_at
 
 WALKERS = [name for name in animal_names() if animal_tables(name).gait.legs]
@@ -24,14 +23,6 @@ def test_no_joint_goes_beyond_its_limits(name):
     assert it.rig.limit_excess(seen.rotations).max() < 1e-6
     assert np.all(it.motion.shift >= it.rig.shift_low - 1e-12)
     assert np.all(it.motion.shift <= it.rig.shift_high + 1e-12)
-
-
-@pytest.mark.parametrize("name", WALKERS)
-def test_feet_stay_where_they_stand(name):
-    it, gait = animal(name), animal_tables(name).gait
-    seen, height = sample_cycle(it), it.rig.frames()[0][0, 2]
-    assert foot_slide(it, gait, seen) < min(0.02, 0.02 * height)
-    assert lowest_heights(it, seen).min() > -min(0.01, 0.02 * height)
 
 
 @pytest.mark.parametrize("name", ["giraffe", "ostrich", "insect"])
@@ -72,18 +63,6 @@ def test_levels_run_from_blob_to_detail(name):
     h = animal(name).hierarchy
     assert set(np.unique(h.level)) >= {0, 1, 2, 3}
     assert h.P[0] == h.P[h.level <= 1].max() or name == "windmill"
-
-
-@pytest.mark.parametrize("name", [*LIVING, "person"])
-def test_parts_of_living_things_shrink_with_depth(name):
-    h = people_at_rest(1, 1, 0.0)[0].hierarchy if name == "person" else animal(name).hierarchy
-    assert np.all(h.P[1:] <= 1.0 * h.P[h.parent[1:]])
-
-
-def test_an_artifact_has_big_bits_tacked_on():
-    h, names = animal("windmill").hierarchy, animal_tables("windmill").part_names
-    sail = names.index("sail 1")
-    assert h.P[sail] > 3 * h.P[h.parent[sail]]
 
 
 def test_an_unknown_kind_is_named():
@@ -141,7 +120,7 @@ ankle = "ankle"
 def tables(tmp_path, text):
     path = tmp_path / "bird.toml"
     path.write_text(text, encoding="utf-8")
-    return load_animal(path)
+    return load_animal(path, AnimalFile)
 
 
 def built(tmp_path):

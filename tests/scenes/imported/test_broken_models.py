@@ -142,6 +142,14 @@ def zero(header: dict[str, Any]) -> None:
 
 
 X = 'def Xform "whole" {'
+
+
+def one_mesh(points: str, corners: int, indices: str) -> Callable[[Path], Path]:
+    """A whole of one mesh of one face."""
+    faces = f"int[] faceVertexCounts = [{corners}]\nint[] faceVertexIndices = [{indices}]"
+    return usda(f'{X} def Mesh "c" {{point3f[] points = [{points}]\n{faces} }} }}')
+
+
 REFUSED: tuple[Case, ...] = (
     ("truncated glb", truncated, "a.glb", "truncated"),
     ("truncated usdc", truncated_usdc, "a.usdc", "can be read"),
@@ -201,33 +209,9 @@ REFUSED: tuple[Case, ...] = (
         "without it",
     ),
     ("an old version", gltf(lambda h: h.update(asset={"version": "1.0"})), "asset", "glTF 2.0"),
-    (
-        "corners that are not there",
-        usda(
-            f'{X} def Mesh "c" {{point3f[] points = [(0,0,0)]\nint[] faceVertexCounts = [3]\n'
-            "int[] faceVertexIndices = [0,1,2] } }"
-        ),
-        "node /whole/c",
-        "0 to 0",
-    ),
-    (
-        "two corners",
-        usda(
-            f'{X} def Mesh "c" {{point3f[] points = [(0,0,0)]\nint[] faceVertexCounts = [2]\n'
-            "int[] faceVertexIndices = [0,0] } }"
-        ),
-        "node /whole/c",
-        "three corners",
-    ),
-    (
-        "no area",
-        usda(
-            f'{X} def Mesh "c" {{point3f[] points = [(0,0,0),(1,0,0),(2,0,0)]\n'
-            "int[] faceVertexCounts = [3]\nint[] faceVertexIndices = [0,1,2] } }"
-        ),
-        "node /whole/c",
-        "has area",
-    ),
+    ("corners that are not there", one_mesh("(0,0,0)", 3, "0,1,2"), "node /whole/c", "0 to 0"),
+    ("two corners", one_mesh("(0,0,0)", 2, "0,0"), "node /whole/c", "three corners"),
+    ("no area", one_mesh("(0,0,0),(1,0,0),(2,0,0)", 3, "0,1,2"), "node /whole/c", "has area"),
     (
         "a missing reference",
         usda('def Xform "whole" (references = @none.usda@) {}'),

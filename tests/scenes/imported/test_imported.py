@@ -17,8 +17,13 @@ from scenes.appearance.visible_area import visible_areas
 from scenes.field.prototypes import species_prototypes
 from scenes.field.species_field import Placed, Species, SpeciesField
 from scenes.ground.terrain import Terrain
-from scenes.imported.appearances import TINTS, few_tints, surface_balls
-from scenes.imported.imported_prototype import imported_prototype, projected_areas
+from scenes.imported.imported_prototype import (
+    TINTS,
+    few_tints,
+    imported_prototype,
+    projected_areas,
+    surface_balls,
+)
 from scenes.imported.library import read_model
 from scenes.imported.part_tree import PartTree
 from scenes.render.drivers.motion_vectors import carry_with_triangle

@@ -6,17 +6,9 @@ from scenes.model_files.names import animal_names, built_in_names
 from scenes.models.catalogue import MODELS, at_rest, model_prototypes
 from scenes.presets.load import load_preset
 from scenes.rig.rigged_prototype import RiggedPrototype
-from scenes.sticks.prototype import Prototype
 
 RIGGED = ["figure", *animal_names()]
 LEGGED = [name for name in RIGGED if name != "windmill"]
-
-
-@pytest.mark.parametrize("model", MODELS)
-def test_every_model_is_made(model):
-    (it,) = model_prototypes(model, 1, (1.0,), walks=True)
-    assert isinstance(it, RiggedPrototype if model in RIGGED else Prototype)
-    assert len(it.hierarchy) > 10
 
 
 def test_the_presets_know_every_model():

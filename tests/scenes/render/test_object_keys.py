@@ -6,6 +6,7 @@ import pytest
 from scenes.presets.load import load_preset
 from scenes.render.object_keys import identities, object_key
 from scenes.scene import Scene
+from tests.scenes.field.brute_force import instances_in_cells
 
 TOML = """
 seed = 11
@@ -74,7 +75,7 @@ def test_cell_and_number_find_the_object_where_it_stands(scene):
     first = known[0].object - int(np.unique(shown.object)[0])
     for each in known:
         cell = np.array([each.cell[0]]), np.array([each.cell[1]])
-        there = figures.instances_in_cells(corner, *cell)
+        there = instances_in_cells(figures, corner, *cell)
         row = np.flatnonzero(there.samples.index == each.index)
         assert len(row) == 1
         assert np.allclose(there.instances.origin[row[0]], instances.origin[each.object - first])

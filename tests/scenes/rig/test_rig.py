@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 
-from bench.posing import placed_by_matrices, placed_by_quaternions
 from lod.arrays import frozen
 from lod.errors import InputError
 from scenes.figures.gait import KEYS
@@ -21,7 +20,7 @@ from scenes.figures.person import (
 from scenes.rig import foot_placement, pose
 from scenes.rig.foot_placement import Placements, place_on_ground
 from scenes.rig.pose import PoseTables, pose_points
-from scenes.rig.rig import Rig, RiggedSticks
+from scenes.rig.rig import Rig
 from scenes.rig.rigged_prototype import reach_bound
 from scenes.rig.rotations import (
     from_euler,
@@ -279,34 +278,6 @@ def test_sticks_ride_on_their_joints():
         assert np.allclose(end[rows == o], posed.end @ heading.T + instances.origin[o], atol=1e-12)
 
 
-def test_a_stick_may_span_joints():
-    none = np.zeros(3)
-    turn = from_euler(np.zeros((2, 3)))
-    rig = Rig(
-        ("a", "b"),
-        np.array([-1, 0]),
-        np.eye(3)[:2],
-        turn,
-        -90 * np.ones((2, 3)),
-        90 * np.ones((2, 3)),
-        none,
-        none,
-    )
-    sticks = RiggedSticks(
-        np.array([0, 1]),
-        np.zeros((1, 3)),
-        np.zeros((1, 3)),
-        np.ones(1),
-        np.ones(1),
-        np.array([0]),
-        np.array([0]),
-        np.array([1]),
-    )
-    posed = sticks.posed(*rig.frames(from_euler(np.array(((0.0, 0, 90), (0, 0, 0))))))
-    assert np.allclose(posed.start, (1, 0, 0))
-    assert np.allclose(posed.end, (0, 0, 0), atol=1e-12)
-
-
 @pytest.mark.parametrize(("on_keys", "most"), [(True, 1e-6), (False, 1e-3)])
 def test_a_slope_changes_poses_little_by_little(on_keys, most):
     """Between keys a leg is posed by its own angles, not by a slerp of them."""
@@ -315,19 +286,6 @@ def test_a_slope_changes_poses_little_by_little(on_keys, most):
     rows, joints = np.divmod(np.arange(20 * 50), 50)
     near, flat = (corners(people, b, rows, joints) for b in (instances, level))
     assert 0 < np.abs(near - flat).max() < most
-
-
-def test_quaternions_and_matrices_place_alike():
-    who, rng = people()[0], np.random.default_rng(5)
-    turns, points = who.rig.random_turns(rng, 20), rng.normal(size=(len(who.rig), 3, 3))
-    rig = (who.rig.parent, who.rig.offset)
-    a = placed_by_quaternions(*rig, turns, points)
-    b = placed_by_matrices(*rig, np.ascontiguousarray(matrices(turns)), points)
-    origin, facing = who.rig.frames(turns)
-    assert np.abs(a - b).max() < 1e-12
-    assert np.allclose(
-        a[:, :, 0], origin + rotate_vectors(facing, np.broadcast_to(points[:, 0], origin.shape))
-    )
 
 
 def test_limits_know_both_ways_to_write_a_turn():

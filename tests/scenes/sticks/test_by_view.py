@@ -167,13 +167,6 @@ def test_between_two_tones_sticks_share_themselves_out(tree):
         assert np.exp(np.log(ours / own)[blobs].mean()) == pytest.approx(tone, rel=0.006)
 
 
-def test_what_has_no_tables_looks_the_same_from_all_heights(tree):
-    plain = replace(tree, view_dependence=ViewDependence())
-    a, b = (seen_from(plain, height)[0] for height in (0.0, 1.0))
-    for name in a._fields:
-        assert np.array_equal(getattr(a, name), getattr(b, name))
-
-
 def test_priority_is_of_the_tree_as_it_looks(tree):
     """P² is less than the shapes would cover if never thinned, and near the tree's own."""
     own = areas_of_parts(full_detail_sticks(tree)[0], directions()[::4]).max()

@@ -15,7 +15,7 @@ from lod.eye import CONTRAST_CLASSES, NEVER_LOST
 from lod.shapes import StickTable
 from scenes.figures.person import standing_people
 from scenes.models.catalogue import MODELS
-from scenes.sticks.areas import areas_of_parts, directions, largest_area
+from scenes.sticks.areas import areas_of_parts, directions
 from scenes.sticks.by_view import area_shares_at, with_area_share
 from scenes.sticks.prototype import (
     GROUND,
@@ -174,16 +174,6 @@ def _farthest(table, row, origin):
 
 
 class TestScaled:
-    @given(st.floats(0.01, 100.0))
-    def test_every_length_scales(self, factor):
-        p, q = pole(), pole().scaled(factor)
-        for name in ("position", "P", "R", "B", "separation"):
-            expected = getattr(p.hierarchy, name) * factor
-            assert getattr(q.hierarchy, name) == pytest.approx(expected, rel=1e-12)
-        assert q.leaf.start_radius == pytest.approx(p.leaf.start_radius * factor)
-        assert q.inner.end == pytest.approx(p.inner.end * factor)
-        assert np.sqrt(largest_area(q.leaf)) == pytest.approx(q.hierarchy.P, rel=1e-9)
-
     @pytest.mark.parametrize("factor", [0.0, -1.0, np.nan, np.inf])
     def test_bad_factor(self, factor):
         with pytest.raises(InputError, match="scale"):

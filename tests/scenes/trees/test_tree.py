@@ -103,20 +103,6 @@ class TestStanding:
         assert p.inner.start[trunk][0, 2] == pytest.approx(-tree_species(kind).trunk.root_depth)
         assert p.inner.start[trunk][1] == pytest.approx(0)
 
-    def test_trunks_are_flared_and_seen_from_afar(self):
-        for name in set(tree_species_names()) - {"shrub"}:
-            p = tree(name)
-            radius = p.inner.start_radius[:3]
-            assert radius[1] > 1.2 * radius[2]
-            if name != "conifer":  # its boughs hide it
-                assert p.leaf.start[0, 2] == pytest.approx(-tree_species(name).trunk.root_depth)
-
-    def test_no_leaf_reaches_the_ground(self, kind):
-        p = tree(kind)
-        last = p.hierarchy.level[p.leaf.owner] == p.hierarchy.level.max()
-        lowest = np.minimum(p.leaf.start[last, 2], p.leaf.end[last, 2]).min()
-        assert lowest > (0.02 if kind == "shrub" else 0.1)
-
     def test_a_conifer_is_a_cone_and_a_broadleaf_is_not(self):
         def width(name, low, high):
             p = tree(name)

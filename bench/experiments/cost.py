@@ -1,0 +1,556 @@
+"""What does a frame cost, what does pruning save, and does the size of the world matter? (§4)
+
+``cost`` times frames of a preset stage by stage, and of ever larger worlds, unpruned and pruned at
+one pixel: every process is fresh, its first frame compiles, and times are by the clock, on all
+cores. ``world`` times the first frame of worlds of 10³ to 10¹⁵ objects, up to plain arrays, all in
+turns, in CPU seconds of one thread; unpruned, every object of a finite window is displayed, up to a
+stated number of parts. ``memory`` holds the memory model against fresh processes, ``speed`` the
+compiled walks against the bytes that must move, ``start`` commands from the shell against the
+imports that they need, and ``settings`` the way that frames are sampled against others, by noise
+times processor's time.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from bench.children import run_in_child
+from bench.experiment import Experiment, Table, Topic
+from bench.frame_costs import (
+    WORLD,
+    AllWorlds,
+    Process,
+    Size,
+    measure_process,
+    measure_worlds,
+    window_costs,
+)
+from bench.frame_memory import GROWTH, HELD, Held, measure_memory, memory_claims
+from bench.images.compare import errors, flips
+from bench.images.equal_error import EQUAL_ERROR
+from bench.plots import Curve, Plot, curves
+from bench.records.claims import Bound, Claim, Kind, at_least, at_most, claim, equals, within
+from bench.records.records import Column, Point, Record, columns, grouped, where
+from bench.seeds import first_seed
+from bench.statistics.estimates import (
+    LEAST_REPEATS,
+    Estimate,
+    exactly,
+    two_sided_factor,
+    two_sided_median,
+)
+from bench.statistics.fits import compare_with_log, fit_exponent, one_sided_mean
+from bench.timing import (
+    Command,
+    Sampling,
+    Walks,
+    measure_command,
+    measure_sampling,
+    measure_walks,
+    settings_table,
+    speed_table,
+    start_claims,
+    start_table,
+)
+from lod.arrays import Reals
+from scenes.render.variants import choose, works
+
+
+def measure_size(case: Size, seed: int) -> list[Point]:
+    """Measure one world on both sides: a point for each."""
+    made, seen = [], dict[str, list[np.ndarray]]()
+    world_seed = first_seed(case.unseen, 4) + 12 * seed + case.field
+    for side in ("whole", "pruned"):
+        found = run_in_child(window_costs, case, side, world_seed, variant=case.variant).result
+        seen[side] = [each.astype(np.float64) for each in found["pictures"]]
+        rows = found["rows"]
+        counts = {"field": case.field, "peak_bytes": found["peak_bytes"], **found["statistics"]}
+        errors = flips(seen[side], seen["whole"]) if side == "pruned" else []
+        samples = (
+            *(Column("us", [row[stage] for row in rows], {"stage": stage}) for stage in rows[0]),
+            *columns({name: [value] for name, value in counts.items()}),
+            *(
+                Column("flip_ppm", [round(1e6 * error)], {"samples": spp, "number": number})
+                for number, (spp, error) in enumerate(zip(case.samples, errors, strict=False))
+            ),
+        )
+        named = {"topic": "cost", "what": "size", "kind": case.kind, "objects": case.objects}
+        made.append(Point(named | {"side": side}, samples=samples))
+    return made
+
+
+# Claims, from raw points alone.
+
+STAGES = {
+    "prune": "examine and prune",
+    "appearance": "pose and look",
+    "describe": "describe",
+    "build": "build, with its BVH",
+    "trace": "render, haze included",
+    "write": "write and read back",
+}
+"""The stages that make up a frame, in their order, with their names in words."""
+
+SET_UP = "prune", "appearance", "describe", "build"
+"""The stages of a frame before its trace."""
+
+STILL = {"meadow"}
+"""Kinds of world in which nothing moves: the unpruned scene is built once, and then only traced."""
+
+SEQUENCE = 240
+"""The number of frames over which setting up is amortised: ten seconds of film."""
+
+BEYOND = 2.5
+"""The side, in limit distances, from which on a world is beyond the limit.
+
+The eye is in the middle, and whoever walks may come from a little further.
+"""
+
+
+def claims(points: tuple[Point, ...]) -> tuple[Claim, ...]:
+    """Return every claim that points of any topic decide."""
+    by_topic = {topic: tuple(row) for (topic,), row in grouped(points, "topic").items()}
+    made: list[Claim] = []
+    for topic, judge in (
+        ("cost", _cost_claims),
+        ("world", _world_claims),
+        ("memory", memory_claims),
+        ("start", start_claims),
+    ):
+        if topic in by_topic:
+            made += judge(by_topic[topic])
+    return tuple(made)
+
+
+def _cost_claims(points: Sequence[Point]) -> list[Claim]:
+    """Bound shares of a preset's frame, and what pruning saves of every size of world."""
+    made = []
+    told = {"preset": "meadow"}
+    if frames := where(points, what="frames"):
+        whole = frame_us(frames[0])
+        for what, stage, most in (
+            ("the metric", "metric", 0.01),
+            ("finding and pruning", "prune", 0.1),
+        ):
+            made.append(
+                claim(
+                    f"time of {what} ÷ time of a frame",
+                    at_most(most),
+                    told,
+                    two_sided_median(stage_us(frames[0], stage) / whole),
+                    unit="frame",
+                    source="§4.2",
+                    headline=stage == "prune",
+                )
+            )
+        world = where(points, what="processes")[0].values("world")
+        if len(world) >= LEAST_REPEATS:
+            estimand = f"time to set up the hierarchies ÷ time of {SEQUENCE} frames"
+            found = two_sided_median(world / (SEQUENCE * np.median(whole)))
+            made.append(claim(estimand, at_most(0.01), told, found, unit="process", source="§4.2"))
+    sizes = where(points, what="size")
+    for (kind, objects), both in grouped(sizes, "kind", "objects").items():
+        sides = {p.case["side"]: p for p in both}
+        made += _size_claims({"kind": kind, "objects": objects}, sides["pruned"], sides["whole"])
+    return made
+
+
+def _size_claims(told: dict[str, Any], pruned: Point, unpruned: Point) -> list[Claim]:
+    later = "unpruned built once" if told["kind"] in STILL else "both rebuilt per frame"
+    rows: list[tuple[str, Bound, dict[str, str], Estimate, str]] = [
+        (
+            "time to trace, pruned ÷ unpruned",
+            within(1, 0.25),
+            {},
+            ratio(stage_us(pruned, "trace"), stage_us(unpruned, "trace")),
+            "frame",
+        ),
+        (
+            "time of a later frame, pruned ÷ unpruned",
+            at_most(1),
+            {"scene": later},
+            ratio(frame_us(pruned), later_us(unpruned)),
+            "frame",
+        ),
+        (
+            "time to set up a frame, pruned ÷ unpruned",
+            at_most(1),
+            {},
+            ratio(set_up_us(pruned), set_up_us(unpruned)),
+            "frame",
+        ),
+        (
+            "memory of a first frame, pruned ÷ unpruned",
+            at_most(1),
+            {},
+            ratio(pruned.values("peak_bytes"), unpruned.values("peak_bytes")),
+            "field",
+        ),
+        (
+            "FLIP to unpruned without noise",
+            at_most(EQUAL_ERROR),
+            {},
+            one_sided_mean(errors(pruned)),
+            "field",
+        ),
+    ]
+    return [
+        claim(estimand, bound, {**told, **more}, found, unit=unit, source="§4.1, §4.2")
+        for estimand, bound, more, found, unit in rows
+    ]
+
+
+def ratio(pruned: Reals, unpruned: Reals) -> Estimate:
+    """Estimate pruned ÷ unpruned, one by one."""
+    return two_sided_factor(np.maximum(pruned, 1) / np.maximum(unpruned, 1))
+
+
+def stage_us(point: Point, stage: str) -> Reals:
+    """Return the time of a stage of every frame, (frames,) [µs]."""
+    return point.values("us", stage=stage)
+
+
+def set_up_us(point: Point) -> Reals:
+    """Return the time of every frame before its trace, (frames,) [µs]."""
+    return np.asarray(np.sum([stage_us(point, stage) for stage in SET_UP], axis=0))
+
+
+def frame_us(point: Point) -> Reals:
+    """Return the time of every frame, all stages that were timed, (frames,) [µs]."""
+    timed = [each.values for each in point.samples if each.keys.get("stage") in STAGES]
+    return np.asarray(np.sum(timed, axis=0), np.float64)
+
+
+def later_us(point: Point) -> Reals:
+    """Return the time of a later frame, (frames,) [µs]: what stands still is not set up again.
+
+    That is so of an unpruned scene. What a walking eye has pruned changes with every step.
+    """
+    still = point.case["kind"] in STILL and point.case["side"] == "whole"
+    return stage_us(point, "trace") if still else frame_us(point)
+
+
+def _world_claims(points: Sequence[Point]) -> list[Claim]:
+    """Claim that pruned worlds beyond the limit are one frame, and what unpruned ones cost."""
+    beyond, unpruned = beyond_limit(points), where(points, metric="full")
+    largest, last = unpruned[-1], beyond[-1]
+    same = exactly(float(len({p.case["scene"] for p in beyond})), len(beyond))
+    rounds = np.array([seconds(p) for p in beyond])
+    objects = np.repeat([float(p.case["objects"]) for p in beyond], rounds.shape[1])
+    flat = fit_exponent(objects, (rounds / rounds.mean(axis=0)).ravel())
+    saved = two_sided_median(seconds(largest) / float(np.median(seconds(last))))
+    told, source = {"preset": WORLD}, "§4.1"
+    pruned = {**told, "side of the world": f"beyond {BEYOND:g} limit distances"}
+    compared = {
+        **told,
+        "objects": f"{largest.case['objects']:.0e} unpruned, {last.case['objects']:.0e} pruned",
+    }
+    kind: Kind = "verification"
+    return [
+        claim("different frames", equals(1), pruned, same, unit="exact", source=source, kind=kind),
+        claim(
+            "exponent of time against objects",
+            within(0, 0.01),
+            pruned,
+            flat,
+            unit="round",
+            source=source,
+            kind=kind,
+        ),
+        claim(
+            "exponent of added time against added parts",
+            within(1, 0.1),
+            {**told, "pruning": "unpruned"},
+            fit_exponent(*added_by_parts(unpruned)),
+            unit="round",
+            source=source,
+        ),
+        claim(
+            "time of a frame, unpruned ÷ pruned",
+            at_least(1),
+            compared,
+            saved,
+            unit="round",
+            source=source,
+            headline=True,
+        ),
+    ]
+
+
+def beyond_limit(points: Sequence[Point]) -> list[Point]:
+    """Return the pruned worlds that reach beyond the limit distance on all sides."""
+    pruned = (p for p in points if p.case["metric"] != "full")
+    return [p for p in pruned if p.case["side_m"] > BEYOND * p.case["limit_m"]]
+
+
+def seconds(point: Point) -> Reals:
+    """Return the CPU seconds of every repeat, (repeats,)."""
+    return point.values("cpu_us") / 1e6
+
+
+def added_by_parts(points: Sequence[Point]) -> tuple[np.ndarray, np.ndarray]:
+    """Return the parts beyond those of the smallest world, and the time they add [s].
+
+    There is a value for every repeat that takes longer. Ground and camera take time in an empty
+    world, too.
+    """
+    parts = np.array([float(p.column("parts")[0]) for p in points])
+    rounds = np.array([seconds(p) for p in points])
+    added = (rounds[1:] - np.median(rounds[0])).ravel()
+    x = np.repeat(parts[1:] - parts[0], rounds.shape[1])
+    return x[added > 0], added[added > 0]
+
+
+# Plots and tables.
+
+_LABELS = {"blake": "pruned", "full": "unpruned"}
+
+
+def plots(record: Record) -> tuple[Plot, ...]:
+    """Draw stages of a frame, both sides of larger worlds, and time in any world."""
+    made: list[Plot] = []
+    if frames := where(record.points, what="frames"):
+        made.append(_stages_plot(frames[0]))
+    sizes = where(record.points, what="size")
+    made += [_size_plot(kind, points) for (kind,), points in grouped(sizes, "kind").items()]
+    if worlds := where(record.points, topic="world"):
+        made.append(_time_plot(worlds))
+    return tuple(made)
+
+
+def _stages_plot(frames: Point) -> Plot:
+    whole = frame_us(frames) / 1e6
+    x = [float(n + 1) for n in range(len(whole))]
+    drawn = [
+        Curve(name, x, (np.maximum(stage_us(frames, stage), 1) / 1e6).tolist())
+        for stage, name in (*STAGES.items(), ("metric", "the metric alone"))
+    ]
+    words = "; ".join(f"{c.label}: {np.median(c.y):.3g} s" for c in drawn)
+    caption = (
+        f"Seconds of every stage in {len(x)} frames of meadow that no longer compile, 320 × 180, 8 "
+        f"samples a pixel. Medians: {words}; a frame {np.median(whole):.3g} s. The metric alone "
+        "is three squares, a root and a comparison for each part examined."
+    )
+    axis, scales = ("frame", "seconds"), ("linear", "log")
+    return curves("stages", "A frame, stage by stage", caption, axis, drawn, scales)
+
+
+def _size_plot(kind: str, points: Sequence[Point]) -> Plot:
+    """Draw set-up and trace of both sides against the objects of a world."""
+    drawn = []
+    for (side,), row in grouped(points, "side").items():
+        label = "unpruned" if side == "whole" else side
+        x = [float(p.case["objects"]) for p in row]
+        for name, of_point in (("set-up", set_up_us), ("trace", partial(stage_us, stage="trace"))):
+            y = [max(float(np.median(of_point(p))), 1.0) / 1e6 for p in row]
+            drawn.append(Curve(f"{name}, {label}", x, y))
+    words = "; ".join(f"{c.label}: {', '.join(f'{y:.3g}' for y in c.y)} s" for c in drawn)
+    caption = (
+        f"Seconds of a frame of {kind}, pruned at one pixel and unpruned, against the objects of "
+        f"its world; set-up is pruning, posing, describing and building, medians. {words}. Time to "
+        "trace hardly depends on pruning: what pruning saves is set-up and memory."
+    )
+    axis = "objects in the world", "seconds"
+    return curves(f"sizes-{kind}", f"Larger worlds: {kind}", caption, axis, drawn)
+
+
+def _time_plot(points: Sequence[Point]) -> Plot:
+    beyond, unpruned = beyond_limit(points), where(points, metric="full")
+    models = compare_with_log(*added_by_parts(unpruned))
+    parts = np.array([float(p.column("parts")[0]) for p in unpruned])
+    fitted = float(np.median(seconds(unpruned[0]))) + models.line(parts[1:] - parts[0])
+    middle = float(np.median(np.concatenate([seconds(p) for p in beyond])))
+    lines = {
+        "blake": ([float(p.case["objects"]) for p in beyond], [middle] * len(beyond)),
+        "full": ([float(p.case["objects"]) for p in unpruned[1:]], fitted.tolist()),
+    }
+    drawn = []
+    for metric, label in _LABELS.items():
+        row = where(points, metric=metric)
+        found = [two_sided_median(seconds(p)) for p in row]
+        y, low, high = ([getattr(f, k) for f in found] for k in ("value", "low", "high"))
+        x = [float(p.case["objects"]) for p in row]
+        drawn.append(Curve(label, x, y, low, high, line=lines[metric]))
+    same = len({p.case["scene"] for p in beyond})
+    ends = " ".join(
+        f"{c.label}: {c.y[0]:.3g} at {c.x[0]:.0e} objects, {c.y[-1]:.3g} at {c.x[-1]:.0e}."
+        for c in drawn
+    )
+    caption = (
+        "From prune to plain frame, seconds of one core: medians with their 95 % intervals. Of the "
+        f"worlds larger than the limit distance, {len(beyond)} give {same} "
+        f"frame{'s' if same > 1 else ''}, compared bit for bit. {ends} Dashed: no growth "
+        "once the world is larger than the limit; unpruned, what parts add to the smallest world, "
+        f"of which {models.words}, x being the parts added."
+    )
+    axis = "objects in the world", "seconds for a frame"
+    return curves("time", "A frame in ever larger worlds", caption, axis, drawn)
+
+
+def tables(record: Record) -> tuple[tuple[str, Table], ...]:
+    """Return titled tables of the topics that were measured."""
+    of_topic = {
+        "cost": (("Stages, memory and error of each side of every size of world", _size_table),),
+        "speed": (("Compiled walks on one core", speed_table),),
+        "start": (("Commands from the shell", start_table),),
+        "settings": (("Ways to sample, noise × time of the one in use", settings_table),),
+    }
+    topics = {topic: points for (topic,), points in grouped(record.points, "topic").items()}
+    return tuple(
+        (title, table(topics[topic]))
+        for topic, several in of_topic.items()
+        for title, table in several
+        if topic in topics
+    )
+
+
+def _size_table(points: Sequence[Point]) -> Table:
+    stages = (*SET_UP, "trace")
+    heads = ("world", "objects", "side", *(f"{STAGES[stage]} (s)" for stage in stages))
+    rows: list[tuple[str, ...]] = []
+    for point in where(points, what="size"):
+        case, pruned = point.case, point.case["side"] == "pruned"
+        times = (f"{np.median(stage_us(point, stage)) / 1e6:.3f}" for stage in stages)
+        held = f"{np.median(point.values('peak_bytes')) / 1e6:.0f}"
+        error = f"{errors(point).mean():.4f}" if pruned else ""
+        side = "pruned" if pruned else "unpruned"
+        rows.append((case["kind"], f"{case['objects']:g}", side, *times, held, error))
+    return (*heads, "memory (MB)", "FLIP without noise"), rows
+
+
+FIRST_FRAME = "--size", "640x360", "--spp", "16"
+
+
+def cases(topic: str, sizes: Mapping[str, Any]) -> Sequence[Any]:
+    """Return the cases of a topic."""
+    variant = choose()
+    if topic == "cost":
+        rest = sizes["size"], sizes["spp"], sizes["frames"], tuple(sizes["samples"]), variant
+        return [
+            *(Process(number, variant) for number in range(sizes["processes"])),
+            *(
+                Size(kind, objects, field, sizes["unseen"], *rest)
+                for kind, several in sizes["worlds"].items()
+                for objects in several
+                for field in range(sizes["fields"])
+            ),
+        ]
+    if topic == "memory":
+        here = [each for each in HELD if works(each.variant) is True]
+        return [*here[: sizes["scenes"]], replace(GROWTH, frames=sizes["frames"])]
+    if topic == "start":
+        frames = [("render", preset, *FIRST_FRAME) for preset in sizes["presets"]]
+        counting = Command(("count", "meadow"), sizes["warm"], sizes["cold"])
+        return [counting, *(replace(counting, words=w, variant=variant) for w in frames)]
+    if topic == "settings":
+        return [Sampling(each, sizes["size"], sizes["pairs"]) for each in sizes["presets"]]
+    return [{"world": AllWorlds, "speed": Walks}[topic](**sizes)]
+
+
+def measure(case: Any, seed: int) -> list[Point]:
+    """Measure one case of any topic."""
+    found: list[Point] = _MEASURES[type(case)](case, seed)
+    return found
+
+
+_MEASURES: dict[type, Callable[[Any, int], list[Point]]] = {
+    Process: measure_process,
+    Size: measure_size,
+    AllWorlds: measure_worlds,
+    Held: measure_memory,
+    Walks: measure_walks,
+    Command: measure_command,
+    Sampling: measure_sampling,
+}
+
+EXPERIMENT = Experiment(
+    name="cost",
+    question="What does a frame cost, stage by stage, and does the size of the world matter?",
+    version=1,
+    topics={
+        "cost": Topic(
+            about="seconds and bytes of a frame, stage by stage; of larger worlds, pruned or not",
+            full={
+                "processes": 8,
+                "worlds": {"meadow": [1e3, 1e4, 3e4], "crowd": [1e3, 1e4, 1e5]},
+                "fields": 3,
+                "unseen": True,
+                "size": "320x180",
+                "spp": 64,
+                "frames": 4,
+                "samples": [32, 128],
+            },
+            quick={
+                "processes": 2,
+                "worlds": {"meadow": [300.0], "crowd": [1e3]},
+                "fields": 2,
+                "unseen": False,
+                "size": "64x36",
+                "spp": 16,
+                "frames": 2,
+                "samples": [16, 64],
+            },
+            seconds=(1400.0, 60.0),
+        ),
+        "world": Topic(
+            about="one frame in worlds of 10³ to 10¹⁵ objects, and all objects of small ones",
+            full={"repeats": 31},
+            quick={"repeats": 8},
+            seconds=(120.0, 40.0),
+        ),
+        "memory": Topic(
+            about="memory of frames in fresh processes, against what the memory model estimates",
+            full={"scenes": len(HELD), "frames": 200},
+            quick={"scenes": 1, "frames": 20},
+            seconds=(600.0, 60.0),
+            apart=True,
+        ),
+        "speed": Topic(
+            about="part tests, objects and sticks a second, against the memory's bandwidth",
+            full={"size": "1280x720", "repeats": 11},
+            quick={"size": "320x180", "repeats": 8},
+            seconds=(120.0, 40.0),
+            apart=True,
+        ),
+        "start": Topic(
+            about="seconds from the shell to an answer, against imports and the rays of a frame",
+            full={"presets": ["meadow", "forest"], "warm": 9, "cold": 1},
+            quick={"presets": [], "warm": 2, "cold": 0},
+            seconds=(700.0, 20.0),
+            apart=True,
+        ),
+        "settings": Topic(
+            about="noise times rendering time of other samplers, sun weights and path depths",
+            full={"presets": ["meadow", "crowd", "forest"], "size": "160x90", "pairs": 8},
+            quick={"presets": ["crowd"], "size": "64x36", "pairs": 2},
+            seconds=(1500.0, 60.0),
+            apart=True,
+        ),
+    },
+    cases=cases,
+    measure=measure,
+    claims=claims,
+    plots=plots,
+    tables=tables,
+    rendered=True,
+    timed=True,
+    all_cores=True,
+    probe="crowd",
+    caveats=(
+        "Small pictures, wall-clock times of one machine; a larger picture with more samples makes "
+        "the shares of the metric and of all set-up smaller, for tracing takes as long either way.",
+        "The metric alone is timed as arrays of distances; in the walk it is one with the "
+        "search, whose time stands beside it.",
+        "Memory is the most that a process has held, its libraries with it.",
+        "Unpruned worlds hold every object's own sticks: Mitsuba 3.9.1 cannot instance in its JIT "
+        "variants. A renderer that can would hold those of `meadow` in far less memory.",
+        "Worlds of 10³ to 10¹⁵ objects are endless fields seen through a window: none of their "
+        "objects is stored, so that what grows with the world is what a frame examines, and "
+        "nothing else. Seconds of one core, from prune to plain frame; rendering is the same for "
+        "the same frame. Unpruned, only as far as the stated number of parts.",
+    ),
+    order=120,
+)

@@ -1,0 +1,424 @@
+"""How many parts of what moves need drawing again in a frame, and who of those who act may wait?
+
+``updates`` schedules one frame of every field by each rule, from the window of earlier frames on
+which it depends (``lod.update_schedule``): a crowd of walkers among trees in the wind, from a
+camera that stands, walks, turns and flies. Then a small frame is rendered with a schedule and
+without, in turns. ``acting`` measures actors (``bench.acting``). (§2)
+"""
+
+import math
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from bench.acting import FPS, Clearance, Feet, Meetings, Updating, Waiting
+from bench.experiment import Experiment, Topic
+from bench.images.compare import PIXELS_PER_DEGREE
+from bench.plots import Curve, Plot, curves
+from bench.records.claims import Bound, Claim, at_least, at_most, claim
+from bench.records.records import Column, Key, Point, Record, columns, where
+from bench.statistics.estimates import (
+    Estimate,
+    exactly,
+    two_sided_paired_ratio,
+    two_sided_share,
+)
+from lod.arrays import Reals
+from lod.motion import critical_hz
+from lod.pruner import prune
+from lod.update_schedule import (
+    WINDOW,
+    TruePose,
+    budget_rule,
+    displacement_px,
+    initial_state,
+    replay,
+    replay_frames,
+    threshold_rule,
+)
+from scenes.actors.behaviours import BODY_M
+from scenes.frame.frame_input import DisplayedRepresentation, display
+from scenes.presets.load import load_preset
+from scenes.render.render import render_frame
+from scenes.render.variants import choose
+from scenes.scene import Scene, is_scheduled
+
+# Cases and what is measured of them.
+
+FRAME = WINDOW + 8
+THRESHOLDS = (0.25, 0.5, 1.0)
+BUDGET = 0.1
+"""The share of the parts that the rule of a budget draws anew."""
+
+SPEEDS = (0.0, *(2.0**k for k in range(-6, 4)))
+"""The edges of the classes of a part's own speed on the image [px a frame]."""
+
+CROWD = (
+    "render.size=320x180",
+    "wind.speed=6",
+    "species.figure.density=0.01",
+    "species.figure.prototypes=4",
+    "species.figure.sizes=[1.0]",
+    "species.tree.density=0.0003",
+    "species.tree.prototypes=2",
+    "species.tree.sizes=[1.0]",
+)
+MOVES = {
+    "rest": (),
+    "walk-through": ("camera.speed=1.4",),
+    "pan": ("camera.turn=90",),
+    "fly-over": ("camera.speed=20", "camera.height=30", "camera.pitch=-20"),
+}
+TIMED = ("render.size=160x90", "render.spp=16", "render.max_depth=3")
+TIMED_PX = 0.5
+
+
+@dataclass(frozen=True)
+class Field:
+    """A field whose updates are counted; its number is added to the run's seed."""
+
+    number: int
+
+    def measure(self, seed: int) -> list[Point]:
+        """Schedule one frame by every rule, for every camera."""
+        own = f"seed={seed + self.number}"
+        presets = {
+            move: load_preset("crowd", (*CROWD, *settings, own)) for move, settings in MOVES.items()
+        }
+        still = Scene(presets["rest"])  # cameras are no part of its world
+        return [
+            Point(
+                {"topic": "updates", "what": "schedule", "move": move},
+                samples=counted(still.with_preset(preset)),
+            )
+            for move, preset in presets.items()
+        ]
+
+
+@dataclass(frozen=True)
+class Timing:
+    """The number of rounds of frames that are timed, and the variant that renders them."""
+
+    rounds: int
+    variant: str
+
+    def measure(self, seed: int) -> list[Point]:
+        """Time frames that draw all parts and scheduled ones, in turns [µs of CPU time]."""
+        scenes = {
+            way: Scene(
+                load_preset(
+                    "crowd", (*CROWD, *TIMED, f"seed={seed}", f"view.update_threshold={px}")
+                )
+            )
+            for way, px in (("all", 0.0), ("scheduled", TIMED_PX))
+        }
+        found = dict[tuple[str, str], list[int]]()
+        for number in range(self.rounds + 1):
+            for way, scene in scenes.items():
+                stages = _stage_seconds(scene, FRAME + number, self.variant)
+                for stage, spent in stages.items() if number else ():  # the first is compiled
+                    found.setdefault((way, stage), []).append(round(1e6 * spent))
+        times = (Column("cpu_us", t, {"way": way, "stage": s}) for (way, s), t in found.items())
+        return [Point({"topic": "updates", "what": "time", "move": "rest"}, samples=tuple(times))]
+
+
+Case = Field | Timing | Waiting | Updating | Clearance | Meetings | Feet
+
+
+def cases(topic: str, sizes: Mapping[str, Any]) -> list[Case]:
+    """Return the cases of a topic: fields and frames that are timed, or scenes of actors."""
+    if topic == "updates":
+        return [*map(Field, range(sizes["fields"])), Timing(sizes["rounds"], choose())]
+    frames, crowd, people = sizes["frames"], sizes["crowd"], sizes["people"]
+    waiting = partial(Waiting, frames, crowd)
+    several = [waiting(), waiting(threshold=1.0), waiting(threshold=2.0)]
+    several += [waiting(density=0.02), waiting(density=0.08)]
+    several += [waiting(questions=20), waiting(questions=100), Waiting(frames, 10 * crowd)]
+    several += [waiting(threshold=px, waving=True) for px in (0.5, 2.0)]
+    return [
+        *several[: sizes["crowds"]],
+        Updating(frames, people, 200.0, False),
+        Updating(frames // 4, people, 40.0, True),
+        *(Feet(people, seconds, False) for seconds in sizes["feet_seconds"]),
+        Feet(people, sizes["feet_seconds"][0], True),
+        *(Clearance(people, 40.0, seconds) for seconds in sizes["clear_seconds"]),
+        Meetings("playground", frames),
+    ]
+
+
+def measure(case: Case, seed: int) -> list[Point]:
+    """Measure one case."""
+    return case.measure(seed)
+
+
+def counted(scene: Scene) -> tuple[Column, ...]:
+    """Count the parts that could move, those redrawn, and the farthest that a part is off.
+
+    The farthest is in px/1000, by every rule. Counts are also given by class of speed.
+    """
+    shown, numbers = movers(scene, FRAME), replay_frames(FRAME)
+    made = [scene.poses(numbers, each) for each in shown]
+    frames = [_together(each) for each in zip(*made, strict=True)]
+    last, parts = frames[-1], len(frames[-1].refresh_due)
+    rules = {f"{t:g} px": threshold_rule(t) for t in THRESHOLDS}
+    rules["budget"] = budget_rule(round(BUDGET * parts))
+    states = dict(zip(rules, replay(iter(frames), list(rules.values())), strict=True))
+    (before,) = replay(iter(frames[-2:-1]), [threshold_rule(0.0)])
+    kind = np.searchsorted(SPEEDS, displacement_px(before, last), "right") - 1
+    found = [Column("parts", [parts])]
+    for rule, state in states.items():
+        farthest = math.ceil(1000 * float(state.error_px.max(initial=0)))
+        counts = {"redrawn": [int(state.updated.sum())], "off_mpx": [farthest]}
+        found += columns(counts, rule=rule)
+    for k, low in enumerate(SPEEDS):
+        mine = kind == k
+        found.append(Column("parts", [int(mine.sum())], {"speed_from": low}))
+        for rule, state in states.items():
+            keys: dict[str, Key] = {"rule": rule, "speed_from": low}
+            found.append(Column("redrawn", [int(state.updated[mine].sum())], keys))
+    return tuple(found)
+
+
+def movers(scene: Scene, frame: int) -> list[DisplayedRepresentation]:
+    """Return what a frame displays of every representation whose parts may stay as drawn."""
+    view = scene.view(frame)
+    shown = (display(each, prune(each, view), view) for each in scene.world.representations)
+    return [each for each in shown if is_scheduled(each, scene.time_s(frame + 1))]
+
+
+def _together(several: Sequence[TruePose]) -> TruePose:
+    """Join the poses of several representations at one moment: a budget is for all of them."""
+    first = np.cumsum([0] + [len(each.refresh_due) for each in several])[:-1]
+    owners = [each.owner + row for each, row in zip(several, first.tolist(), strict=True)]
+    return TruePose(
+        start=np.concatenate([each.start for each in several]),
+        end=np.concatenate([each.end for each in several]),
+        owner=np.concatenate(owners),
+        refresh_due=np.concatenate([each.refresh_due for each in several]),
+        eye=several[0].eye,
+        theta=several[0].theta,
+    )
+
+
+def _stage_seconds(scene: Scene, frame: int, variant: str) -> dict[str, float]:
+    """Time a frame, all that precedes rendering, posing what may stay, and comparing it [s]."""
+
+    def posed(number: int) -> list[TruePose]:
+        return [pose for each in shown for pose in scene.poses((number,), each)]
+
+    clock = [time.process_time()]
+    made = scene.input(frame, variant)
+    clock.append(time.process_time())
+    render_frame(made, frame)
+    clock.append(time.process_time())
+    shown = movers(scene, frame)
+    drawn = [initial_state(each) for each in posed(frame - 1)]
+    clock.append(time.process_time())
+    now = posed(frame)
+    clock.append(time.process_time())
+    for before, after in zip(drawn, now, strict=True):
+        displacement_px(before, after)
+    clock.append(time.process_time())
+    shot, rendered, _, posing, deciding = np.diff(clock).tolist()
+    stages = {"before rendering": shot, "posing": posing, "deciding": deciding}
+    return {"frame": shot + rendered, **stages}
+
+
+# Claims, from raw points alone.
+
+_PAPER, _DERIVED = "§2", "derived: docs/method.md"
+
+AIM_TIMES, AIM_PX = 3.0, 0.5
+"""How many times fewer seconds are aimed at, and at which error, its 99.9th percentile."""
+
+
+def claims(points: tuple[Point, ...]) -> tuple[Claim, ...]:
+    """Return every claim that points of either topic decide."""
+    made: list[Claim] = []
+    schedules = where(points, what="schedule")
+    for threshold in THRESHOLDS if schedules else ():
+        rule = f"{threshold:g} px"
+        found = exactly(
+            max(off_px(point, rule) for point in schedules),
+            sum(len(point.column("parts")) for point in schedules),
+        )
+        made.append(
+            claim(
+                "farthest distance of a part from its true place [px]",
+                at_most(threshold),
+                {"τ": rule},
+                found,
+                unit="exact",
+                source=_DERIVED,
+                kind="verification",
+            )
+        )
+    for point in schedules:
+        told = {"camera": point.case["move"], "τ": "0.5 px"}
+        found, estimand = redrawn(point, "0.5 px"), "share of the parts drawn again in a frame"
+        made.append(claim(estimand, at_most(0.5), told, found, unit="field", source=_PAPER))
+    for point in where(points, what="time"):
+        made += _time_claims(point)
+    for point in where(points, what="waiting"):
+        made += _waiting_claims(point)
+    for point in (*where(points, what="clearance"), *where(points, what="meetings")):
+        case = point.case
+        told = {"scene": case.get("preset", "people in a square"), "seconds": case["seconds"]}
+        nearest = point.column("nearest_mm")
+        found = exactly(min(nearest) / 1000, len(nearest))
+        estimand, apart = "least distance of two actors [m]", at_least(2 * BODY_M)
+        made.append(claim(estimand, apart, told, found, unit="exact", source=_DERIVED))
+    return tuple(made)
+
+
+def redrawn(point: Point, rule: str) -> Estimate:
+    """Estimate the share of the parts that a frame draws again by a rule."""
+    return two_sided_share(point.values("redrawn", rule=rule), point.values("parts"))
+
+
+def off_px(point: Point, rule: str) -> float:
+    """Return the farthest that any part of any field is off [px]."""
+    return float(point.values("off_mpx", rule=rule).max()) / 1000
+
+
+def _time_claims(point: Point) -> list[Claim]:
+    every, kept = cpu_us(point, "all"), cpu_us(point, "scheduled")
+    posing, deciding = (cpu_us(point, "all", stage) for stage in ("posing", "deciding"))
+    rows: list[tuple[str, Bound, Reals, Reals]] = [
+        ("CPU time of a frame, scheduled ÷ all drawn", at_most(1), kept, every),
+        ("CPU time, posing all that moves ÷ frame", at_most(0.02), posing, every),
+        ("CPU time, comparing with what was drawn ÷ posing", at_most(1), deciding, posing),
+    ]
+    return [
+        claim(
+            estimand,
+            bound,
+            {"τ": f"{TIMED_PX:g} px"},
+            two_sided_paired_ratio(one, other),
+            unit="frame",
+            source=_DERIVED,
+        )
+        for estimand, bound, one, other in rows
+    ]
+
+
+def cpu_us(point: Point, way: str, stage: str = "frame") -> Reals:
+    """Return the CPU time of a stage of every frame that is drawn in a way [µs]."""
+    return point.values("cpu_us", way=way, stage=stage)
+
+
+def _waiting_claims(point: Point) -> list[Claim]:
+    """Hold a crowd against the aim: fewer seconds, with hardly a part far off."""
+    case = point.case
+    told = {
+        "actors": case["actors"],
+        "actors a m²": case["density"],
+        "questions": case["questions"],
+        "τ": f"{case['threshold']:g} px",
+        "waving": "waving" if case["waving"] else "not waving",
+    }
+    every, some = (point.values("cpu_us", way=way) for way in ("all", "scheduled"))
+    if len(every) > 1:
+        found, unit = two_sided_paired_ratio(every, some), "frame"
+    else:
+        found, unit = exactly(float(every[0] / some[0])), "unreplicated"
+    times = "CPU time of acting, all updated ÷ updated by threshold"
+    made = [claim(times, at_least(AIM_TIMES), told, found, unit=unit, source="aim")]
+    for error in ("at once", "in time"):
+        off = exactly(point.column("off_mpx", error=error, statistic="p99.9")[0] / 1000)
+        estimand = f"99.9th percentile of the distance of parts from actors updated {error} [px]"
+        made.append(claim(estimand, at_most(AIM_PX), told, off, unit="unreplicated", source="aim"))
+    return made
+
+
+# Plots.
+
+FINEST_CPD = PIXELS_PER_DEGREE / 2
+"""The finest frequency that a display of so many pixels a degree can show."""
+
+
+def plots(record: Record) -> tuple[Plot, ...]:
+    """Draw how often parts of each class of speed are drawn again, and what the eye asks for."""
+    schedules = where(record.points, what="schedule", move="rest")
+    if not schedules:
+        return ()
+    (point,) = schedules
+    classes = [c for c in point.samples if c.quantity == "parts" and c.keys]
+    lows = [float(c.keys["speed_from"]) for c in classes if any(c.values)]
+    lows = [low for low in lows if low > 0]
+    speeds = [low * 2**0.5 for low in lows]  # the middle of a class that ends at twice its start
+    drawn, words = [], []
+    for threshold in THRESHOLDS:
+        rule = f"{threshold:g} px"
+        rates = [
+            FPS
+            * sum(point.column("redrawn", rule=rule, speed_from=low))
+            / sum(point.column("parts", speed_from=low))
+            for low in lows
+        ]
+        drawn.append(Curve(rule, speeds, rates))
+        words.append(f"at {rule} {rates[0]:.2g} to {rates[-1]:.3g} updates a second")
+    degrees = np.array(speeds) * FPS / PIXELS_PER_DEGREE
+    eye = critical_hz(degrees, FINEST_CPD).tolist()
+    drawn.append(Curve("ω_l + r·u_l (Watson & Ahumada)", speeds, eye))
+    span = f"own speeds of {speeds[0]:.2g} to {speeds[-1]:.2g} pixels a frame"
+    caption = (
+        f"How often parts are drawn again, {FPS} frames/s, by threshold; {span}: "
+        f"{'; '.join(words)}. The eye asks for {eye[0]:.0f} to {eye[-1]:.0f} (ω_l + r·u_l, Watson "
+        f"& Ahumada 1983, at {PIXELS_PER_DEGREE:g} pixels a degree)."
+    )
+    axis = "own speed on the image (pixels a frame)", "updates a second"
+    return (curves("updates", "When parts are drawn again", caption, axis, drawn),)
+
+
+EXPERIMENT = Experiment(
+    name="scheduling",
+    question="How many parts of what moves need drawing again in a frame?",
+    version=1,
+    topics={
+        "updates": Topic(
+            about="how often parts are drawn again, how far off the others are, what is saved",
+            full={"fields": 8, "rounds": 6},
+            quick={"fields": 3, "rounds": 3},
+            seconds=(140.0, 90.0),
+        ),
+        "acting": Topic(
+            about="what actors cost, what it saves that some wait, and who meets",
+            full={
+                "frames": 96,
+                "crowd": 1000,
+                "crowds": 10,
+                "people": 200,
+                "feet_seconds": [4.0, 60.0],
+                "clear_seconds": [60.0, 600.0],
+            },
+            quick={
+                "frames": 12,
+                "crowd": 60,
+                "crowds": 2,
+                "people": 20,
+                "feet_seconds": [1.0],
+                "clear_seconds": [1.0],
+            },
+            seconds=(1200.0, 60.0),
+            apart=True,
+        ),
+    },
+    cases=cases,
+    measure=measure,
+    claims=claims,
+    plots=plots,
+    rendered=True,
+    caveats=(
+        "A crowd among trees in wind of 6 m/s, 320 pixels wide, 24 frames a second: shares grow "
+        "with the picture.",
+        "Every frame is scheduled by itself, so that frames may come in any order: nothing of a "
+        "frame is kept in memory for the next, and time can only be lost.",
+        "Actors: seconds of the processor without pruner and renderer, both ways in turns.",
+    ),
+    order=160,
+)

@@ -1,1 +1,0 @@
-"""What live actors cost, who may wait, and how they keep clear of each other."""

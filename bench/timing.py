@@ -1,0 +1,306 @@
+"""What takes time beside whole frames: compiled walks, commands from the shell, ways to sample.
+
+``speed`` holds the compiled walks against the bytes that must move, ``start`` commands against the
+imports that they need and the rays of a frame, and ``settings`` the way that frames are sampled
+against others, by noise times processor's time. They are topics of the experiment ``cost``.
+"""
+
+import json
+import os
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numba
+import numpy as np
+
+from bench.children import run_timed
+from bench.experiment import Table
+from bench.frame_costs import interleaved_seconds
+from bench.records.claims import Claim, at_most, claim
+from bench.records.records import Column, Point, columns, grouped, where
+from bench.statistics.estimates import LEAST_REPEATS, two_sided_median
+from lod.arrays import Reals
+from lod.crossfade import blend_weights
+from lod.pruner import prune
+from lod.view import View
+from scenes.field.cells import candidates, cells_in_reach
+from scenes.field.species_field import SpeciesField
+from scenes.field.traversal import node_limits, traverse
+from scenes.presets.load import load_preset
+from scenes.processes.cache import VARIABLE
+from scenes.render.render import build_frame, trace
+from scenes.render.variants import JIT_VARIANT
+from scenes.scene import Scene
+
+SAMPLES = 25
+"""Samples of a pixel where ways to sample are compared: orthogonal arrays take primes squared."""
+
+DARK = 1e-2
+"""The number added to the squared radiance by which noise is divided, ÷ its mean square."""
+
+
+@dataclass(frozen=True)
+class Walks:
+    """Compiled walks over the first frame of presets, on one core."""
+
+    size: str
+    repeats: int
+
+
+def measure_walks(case: Walks, seed: int) -> list[Point]:
+    """Time part tests, sticks posed and emitted, and objects turned away [ns].
+
+    Turned away are objects that were drawn, beyond limits a thirtieth of the view's; their time
+    bears that of all cells, and of the few objects that are kept. ``floor_bytes`` are those that a
+    traversal must move.
+    """
+    numba.set_num_threads(1)
+    source = np.ones(2**25)
+    target = np.zeros_like(source)
+    (copied,) = interleaved_seconds([lambda: np.copyto(target, source)], case.repeats)
+    nanoseconds = [round(1e9 * t) for t in copied]
+    points = [
+        Point(
+            {"topic": "speed", "what": "copy"},
+            samples=columns({"bytes": [2 * source.nbytes], "ns": nanoseconds}),
+        )
+    ]
+    for name, preset, number in (("trees", "meadow", 1), ("figures", "crowd", 0)):
+        scene = Scene(load_preset(preset, [f"render.size={case.size}", f"seed={seed}"]))
+        samples = _walks_over(scene.world.fields[number], scene.view(1), case.repeats)
+        points.append(Point({"topic": "speed", "what": name}, samples=samples))
+    return points
+
+
+def _walks_over(field: SpeciesField, view: View, repeats: int) -> tuple[Column, ...]:
+    cut = prune(field, view)
+    instances, weights = cut.parts.state.instances, blend_weights(cut, view)
+    nodes, poses = field.prototypes.traversal_tables, field.prototypes.pose_tables
+    limits = node_limits(nodes, field.prototypes.part_tables, view, 0.0)
+    still = np.zeros(len(instances))
+    coarse = View(view.camera, view.metric, view.detail * 30.0, view.offscreen_detail)
+    bounds, beyond = field.search_bounds(view), field.search_bounds(coarse)
+
+    def turn_away() -> int:
+        visited = cells_in_reach(field.cells, view, bounds)
+        return candidates(field.cells, view, beyond, visited)[1]
+
+    tasks: dict[str, Callable[[], int]] = {
+        "tests": lambda: traverse(poses, nodes, limits, instances, still, view).examined,
+        "sticks": lambda: len(field.appearance(cut.parts, weights)),
+        "turned away": turn_away,
+    }
+    counts = {task: count() for task, count in tasks.items()}
+    timed = interleaved_seconds(list(tasks.values()), repeats)
+    # A traversal writes 12 bytes for each displayed part, and reads 56 of each object.
+    samples = [Column("floor_bytes", [12 * len(cut) + 56 * len(instances)])]
+    for (task, count), row in zip(counts.items(), timed, strict=True):
+        found = {"count": [count], "ns": [round(1e9 * t) for t in row]}
+        samples += columns(found, task=task)
+    return tuple(samples)
+
+
+def speed_table(points: Sequence[Point]) -> Table:
+    """Show rates, and the time of part tests against that of the bytes that must move."""
+    (copied,) = where(points, what="copy")
+    speed = copied.column("bytes")[0] / (np.median(copied.values("ns")) / 1e9)
+    rows: list[tuple[str, ...]] = [("memory moved by a copy", "", f"{speed / 1e9:.1f} GB/s")]
+    for point in points:
+        if point is copied:
+            continue
+        name = point.case["what"]
+        for task in ("tests", "sticks", "turned away"):
+            n, ns = point.column("count", task=task)[0], point.values("ns", task=task)
+            rows.append((f"{name}: {task}", f"{n:,}", f"{two_sided_median(1e3 * n / ns):.1f} M/s"))
+        floor_ns = 1e9 * point.column("floor_bytes")[0] / speed
+        over = np.median(point.values("ns", task="tests")) / floor_ns
+        rows.append((f"{name}: time of tests ÷ floor", "", f"{over:.1f}"))
+    return ("on one core", "how many", "median (95 %)"), rows
+
+
+@dataclass(frozen=True)
+class Command:
+    """A command timed from the shell, in turns with the imports that it needs.
+
+    words   after ``lodbench``; of a first frame, without the folder it goes to
+    warm    turns with a folder of what is kept; ``cold`` turns begin with nothing kept
+    """
+
+    words: tuple[str, ...]
+    warm: int
+    cold: int
+    variant: str | None = None
+
+
+def measure_command(case: Command, seed: int) -> list[Point]:
+    """Time a command and its imports in turns: cold, and warm with a folder of what is kept."""
+    modules = "numpy, numba, scipy, pydantic, click"
+    imports, words = f"import {modules}", case.words
+    name = f"lodbench {' '.join(words)}"
+    points = []
+    with tempfile.TemporaryDirectory() as folder:
+        if case.variant:
+            imports += f", drjit, OpenEXR, mitsuba; mitsuba.set_variant({case.variant!r})"
+            target = str(Path(folder) / "a.####.exr")
+            words += "-o", target, "--overwrite", "--json", "--variant", case.variant
+
+        def turn(cache: Path) -> list[int]:
+            environment = {k: v for k, v in os.environ.items() if k != "NUMBA_CACHE_DIR"}
+            environment[VARIABLE] = str(cache)
+            _, imported_s, _ = run_timed((sys.executable, "-c", imports), environment)
+            command = sys.executable, "-m", "lodbench", *words
+            said, wall_s, cpu_s = run_timed(command, environment)
+            own = json.loads(said.splitlines()[0])["seconds"]["trace"] if case.variant else 0.0
+            return [round(1e6 * s) for s in (imported_s, own, wall_s, cpu_s)]
+
+        kept = Path(folder, "kept")
+        turns = {"cold": [turn(Path(folder, f"cold{k}")) for k in range(case.cold)]}
+        if case.warm:
+            turn(kept)  # keeps what is not there yet
+        turns["warm"] = [turn(kept) for _ in range(case.warm)]
+    for how, rows in turns.items():
+        if rows:
+            names = "imports_us", "trace_us", "command_us", "command_cpu_us"
+            found = dict(zip(names, map(list, zip(*rows, strict=True)), strict=True))
+            named = {"topic": "start", "command": name, "kept": how}
+            points.append(Point(named, samples=columns(found)))
+    return points
+
+
+def over_imports(point: Point) -> Reals:
+    """Return the time of a command ÷ that of its imports and its trace, (turns,)."""
+    names = "command_us", "imports_us", "trace_us"
+    command, imports, traced = (point.values(name) for name in names)
+    return np.asarray(command / (imports + traced))
+
+
+def start_claims(points: Sequence[Point]) -> list[Claim]:
+    """Bound the time of warm commands by that of their imports, and of the rays of a frame."""
+    made = []
+    for point in where(points, kept="warm"):
+        found = over_imports(point)
+        if len(found) >= LEAST_REPEATS:
+            traced = bool(point.values("trace_us").any())
+            work = "its imports and trace" if traced else "its imports"
+            made.append(
+                claim(
+                    f"time of a command ÷ {work}",
+                    at_most(1.5 if traced else 4),
+                    {"command": point.case["command"]},
+                    two_sided_median(found),
+                    unit="turn",
+                    source="asked",
+                )
+            )
+    return made
+
+
+def start_table(points: Sequence[Point]) -> Table:
+    """Show what imports, trace and command take, medians."""
+    heads = "command", "imports [s]", "trace [s]", "command [s]", "command ÷ (imports + trace)"
+    rows: list[tuple[str, ...]] = []
+    for point in points:
+        columns_us = (point.values(f"{name}_us") for name in ("imports", "trace", "command"))
+        found = over_imports(point)
+        enough = len(found) >= LEAST_REPEATS
+        rows.append(
+            (
+                f"{point.case['command']}, {point.case['kept']}",
+                *(f"{np.median(us) / 1e6:.2f}" for us in columns_us),
+                f"{two_sided_median(found):.2f}" if enough else f"{np.median(found):.2f}",
+            )
+        )
+    return heads, rows
+
+
+@dataclass(frozen=True)
+class Sampling:
+    """One preset rendered by every setting of the sampler, in turns, with pairs of seeds."""
+
+    preset: str
+    size: str
+    pairs: int
+
+
+def sampling_settings() -> dict[str, dict[str, Any]]:
+    """Return the ways to sample that are tried, with what of ``Quality`` they change.
+
+    The first is the one in use, and the last traces the deepest paths.
+    """
+    suns = {f"sun sampled {w:g} to 1 sky": {"sun_sampling": w} for w in (1.0, 3.0, 6.0, 24.0, 48.0)}
+    kinds = "independent", "stratified", "orthogonal"
+    samplers = {f"sampler {k}": {"sampler": k} for k in kinds}
+    sizes = {f"2^{k} samples at once": {"most_samples": 2**k} for k in (16, 18, 21)}
+    depths = {f"paths of {n} edges": {"max_depth": n} for n in (2, 3, 6, 16)}
+    return {"as used": {}, **suns, **samplers, **sizes, **depths}
+
+
+def measure_sampling(case: Sampling, seed: int) -> list[Point]:
+    """Render one scene by every setting with pairs of independent seeds, in turns.
+
+    Noise is the mean over pixels of (a − b)²/2 over the squared light of the mean of all pictures,
+    which holds no bias [millionths]; time is that of the processor, on all cores, for the trace
+    alone, once its code is compiled. ``light`` is the mean radiance [millionths].
+    """
+    keys = f"render.size={case.size}", f"render.spp={SAMPLES}", f"seed={seed}"
+    made = Scene(load_preset(case.preset, keys)).input(1, JIT_VARIANT)
+    settings = sampling_settings()
+    qualities = [replace(made.quality, **changes) for changes in settings.values()]
+    built = [build_frame(replace(made, quality=each)) for each in qualities]
+    spent: list[list[int]] = [[] for _ in built]
+    pictures: list[list[np.ndarray]] = [[] for _ in built]
+    for number in (2**20, *range(2 * case.pairs)):  # the first compiles
+        for k, scene in enumerate(built):
+            start = time.process_time()
+            layers = trace(scene, replace(qualities[k], seed=number), 1)
+            if number < 2**20:
+                spent[k].append(round(1e6 * (time.process_time() - start)))
+                pictures[k].append(np.asarray(layers.rgb, np.float64))
+    light = np.mean([np.mean(held, axis=0) for held in pictures[:-4]], axis=0)
+    points = []
+    for name, held, times in zip(settings, pictures, spent, strict=True):
+        found = [noise_of_pair(*pair, light) for pair in zip(held[::2], held[1::2], strict=True)]
+        samples = {
+            "noise_ppm": [round(1e6 * each) for each in found],
+            "cpu_us": np.add.reduceat(times, np.arange(0, len(times), 2)).tolist(),
+            "light_ppm": [round(1e6 * float(np.mean(held)))],
+        }
+        named = {"topic": "settings", "preset": case.preset, "setting": name}
+        points.append(Point(named, samples=columns(samples)))
+    return points
+
+
+def noise_of_pair(a: np.ndarray, b: np.ndarray, light: np.ndarray) -> float:
+    """Return the variance of a picture ÷ its squared light, to which a hundredth is added."""
+    squared = light**2
+    return float(((a - b) ** 2 / 2 / (squared + DARK * squared.mean())).mean())
+
+
+def settings_table(points: Sequence[Point]) -> Table:
+    """Show noise × time over that of the way in use, pair by pair: below 1 is better.
+
+    Light tells what a way leaves out: mean radiance over that of the deepest paths tried.
+    """
+    rows: list[tuple[str, ...]] = []
+    for (preset,), row in grouped(points, "preset").items():
+        used, deepest = row[0], row[-1].column("light_ppm")[0]
+        cost = used.values("noise_ppm") * used.values("cpu_us")
+        for point in row:
+            noise, spent = point.values("noise_ppm"), point.values("cpu_us")
+            enough = len(noise) >= LEAST_REPEATS
+            beside = noise * spent / cost
+            rows.append(
+                (
+                    *(preset, point.case["setting"], f"{np.median(noise) / 1e6:.4f}"),
+                    f"{np.median(spent) / 2e6:.2f}",
+                    f"{two_sided_median(beside):.2f}" if enough else f"{np.median(beside):.2f}",
+                    f"{point.column('light_ppm')[0] / deepest:.3f}",
+                )
+            )
+    heads = "preset", "setting", "noise", "processor s", "noise × time, of that used", "light"
+    return heads, rows

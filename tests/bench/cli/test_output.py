@@ -1,0 +1,200 @@
+"""Bars on terminals only, never beside JSON; and whole frames, whatever becomes of the streams."""
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import click
+import pytest
+from click.testing import CliRunner
+
+from bench.cli.main import program
+from bench.cli.output import bars_are_shown, counted, frame_progress, making_shown, progress_bar
+from scenes.processes.progress import tell, work
+
+
+def make_something():
+    with making_shown(), work("fitting things", 34):
+        tell()
+        tell(12.0)
+        tell(22.0)
+
+
+def test_what_is_made_is_shown_with_the_time_left_and_cleared(monkeypatch, capsys):
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    make_something()
+    said = capsys.readouterr().err.replace("\r", "\n")
+    assert "fitting things 0/34" in said and "fitting things 12/34" in said and " left" in said
+    assert said.splitlines()[-1].strip() == ""
+
+
+def test_away_from_a_terminal_nothing_is_shown(capsys):
+    make_something()
+    assert capsys.readouterr().err == ""
+
+
+def test_items_are_counted_and_the_next_is_named_before_it_begins(monkeypatch, capsys):
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    said = []
+    for _ in counted(["one", "two"], "thing"):
+        said.append(capsys.readouterr().err)
+    assert "one:" in said[0] and " 0/2 " in said[0]
+    assert "two:" in said[1] and " 1/2 " in said[1] and "<" in said[1]
+
+
+@pytest.mark.parametrize(("flags", "shown"), [([], True), (["--json"], False)])
+def test_no_bar_stands_beside_json(flags, shown, monkeypatch):
+    @click.command()
+    @click.option("--json", "as_json", is_flag=True)
+    def command(as_json):
+        monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+        assert bars_are_shown() is shown
+        with progress_bar("step") as show, frame_progress(2) as frames:
+            show(0, 2, "one")
+            frames.show_samples(1, 0, 0)
+        make_something()
+
+    result = CliRunner().invoke(command, flags)
+    assert result.exit_code == 0, result.output
+    assert bool(result.stderr) is shown
+
+
+@pytest.mark.parametrize(
+    ("words", "does_the_work"),
+    [
+        (["report", "records"], "bench.report.write.write_report"),
+        (["compare", "a", "b"], "bench.records.compare_runs.compare_paths"),
+    ],
+    ids=["report", "compare"],
+)
+def test_commands_that_read_records_show_a_bar_on_a_terminal_alone(
+    words, does_the_work, monkeypatch
+):
+    def work_on(*arguments):
+        if callable(arguments[-1]):
+            arguments[-1](0, 3, "reading records")
+        return []
+
+    monkeypatch.setattr(does_the_work, work_on)
+    assert invoked(words).stderr == ""
+    monkeypatch.setattr("click.testing._NamedTextIOWrapper.isatty", lambda self: True)
+    assert "reading records" in invoked(words).stderr
+    assert invoked([*words, "--json"]).stderr == ""
+
+
+def invoked(words):
+    result = CliRunner().invoke(program, words)
+    assert result.exit_code == 0, result.output
+    return result
+
+
+def test_a_frame_tells_what_is_made_for_it_and_how_long_that_takes(monkeypatch, capsys):
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    clock = iter((100.0, 106.0))
+    monkeypatch.setattr("bench.cli.output.time.monotonic", lambda: next(clock))
+    with frame_progress(2) as frames:
+        for done in (1.0, 3.0):
+            frames.show_samples(1, 0, 0, ("fitting things", done, 5))
+    said = capsys.readouterr().err
+    assert "fitting things 1/5" in said and "fitting things 3/5, 6 s left" in said
+
+
+ROOT = Path(__file__).resolve().parents[3]
+TINY = Path(__file__).with_name("tiny.toml")
+LODBENCH = f"'{sys.executable}' -P -m bench.cli.main"
+FULL = "lodbench: error: stdout could not be written (No space left on device)"
+
+
+def shell(folder: Path, script: str) -> subprocess.CompletedProcess[str]:
+    """Run a line of bash in which $lodbench is the program; the code is that of the program."""
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "LODBENCH_TRUSTED_VARIANT": "scalar_rgb"}
+    return subprocess.run(
+        ["bash", "-c", f"{script.replace('$lodbench', LODBENCH)}; exit ${{PIPESTATUS[0]}}"],
+        cwd=folder,
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=300,
+    )
+
+
+@pytest.fixture(scope="module")
+def right(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with two right frames in out."""
+    folder = tmp_path_factory.mktemp("right")
+    shutil.copy(TINY, folder)
+    done = shell(folder, "$lodbench render tiny.toml -o out/a.####.exr --frames 1-2")
+    assert done.returncode == 0, done.stderr
+    return folder
+
+
+@pytest.mark.parametrize("json_lines", ["", "--json"])
+@pytest.mark.parametrize(
+    "redirection",
+    ["2>&-", ">&-", "<&-", ">&- 2>&-", "<&- >&- 2>&-", "2>/dev/full", "| true", "| head -0"],
+)
+def test_a_right_folder_is_right(right: Path, redirection: str, json_lines: str) -> None:
+    done = shell(right, f"$lodbench verify out {json_lines} {redirection}")
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.parametrize("command", ["verify out", "verify out --json", "list", "frames --help"])
+def test_what_a_full_disk_did_not_take_is_said(right: Path, command: str) -> None:
+    done = shell(right, f"$lodbench {command} >/dev/full")
+    assert done.returncode == 1
+    assert done.stderr == f"{FULL}: what was printed is lost, the work is done\n"
+
+
+def test_a_wrong_folder_stays_wrong(right: Path, tmp_path: Path) -> None:
+    subprocess.run(["cp", "-r", right / "out", tmp_path], check=True)
+    (tmp_path / "out" / "a.0002.exr").write_text("half")
+    done = shell(tmp_path, "$lodbench verify out | true")
+    assert done.returncode == 1
+    assert "1 file is wrong" in done.stderr
+    both = shell(tmp_path, "$lodbench verify out >/dev/full")
+    assert both.returncode == 1
+    assert "1 file is wrong" in both.stderr
+    assert "stdout could not be written" in both.stderr
+
+
+@pytest.mark.parametrize("redirection", [">&- 2>&-", "2>/dev/full | true", "--json | head -1"])
+def test_frames_are_rendered_whoever_reads_of_it(
+    right: Path, tmp_path: Path, redirection: str
+) -> None:
+    shutil.copy(TINY, tmp_path)
+    render = "$lodbench render tiny.toml -o out/a.####.exr --frames 1-2"
+    assert shell(tmp_path, f"{render} {redirection}").returncode == 0
+    for frame in ("a.0001.exr", "a.0002.exr"):
+        assert (tmp_path / "out" / frame).read_bytes() == (right / "out" / frame).read_bytes()
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP, signal.SIGINT])
+def test_each_signal_ends_a_sequence_tidily(right: Path, tmp_path: Path, number: int) -> None:
+    shutil.copy(TINY, tmp_path)
+    words = ["render", "tiny.toml", "-o", "out/a.####.exr", "--frames", "1-500", "--json"]
+    process = subprocess.Popen(
+        [sys.executable, "-P", "-m", "bench.cli.main", *words],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(ROOT), "LODBENCH_TRUSTED_VARIANT": "scalar_rgb"},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    assert process.stdout
+    first = json.loads(process.stdout.readline())
+    os.killpg(process.pid, number)  # as a terminal does, to the processes that render, too
+    out, err = process.communicate(timeout=60)
+    assert (process.returncode, err) == (128 + number, "lodbench: interrupted\n")
+    end = json.loads(out.splitlines()[-1])
+    frames = sorted(path.name for path in (tmp_path / "out").iterdir())
+    assert len(frames) == end["done"] < 500
+    assert Path(first["path"]).name == frames[0]
+    time.sleep(0.1)
+    with pytest.raises(ProcessLookupError):  # nobody of its group is left
+        os.killpg(process.pid, 0)

@@ -1,0 +1,292 @@
+"""Cost: what is claimed follows from samples, the tables tell them, and everything is timed."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bench import timing
+from bench.children import run_in_child
+from bench.experiments.cost import (
+    EXPERIMENT,
+    SET_UP,
+    STAGES,
+    beyond_limit,
+    claims,
+    measure,
+    plots,
+    tables,
+)
+from bench.frame_costs import preset_costs
+from bench.frame_memory import GROWTH, HELD
+from bench.records.records import Column, Point, columns, merge_points
+from bench.timing import DARK, SAMPLES, Command, noise_of_pair, sampling_settings
+from scenes.frame.frame_input import Quality
+from scenes.render import variants
+from scenes.render.light import load_plugin
+from scenes.render.variants import JIT_VARIANT, choose, works
+from tests.bench.edited import record_of
+
+
+def frames(**share):
+    """Twelve frames of 1 s, of which stages take these shares, and eight processes."""
+    chance = np.random.default_rng(0)
+    noise = chance.normal(1, 0.02, 12)
+    stages = {**dict.fromkeys(STAGES, 0.0), "trace": 1 - sum(share.values()), **share}
+    times = {
+        stage: [round(1e6 * v * n) + k * (stage == "prune") for k, n in enumerate(noise)]
+        for stage, v in stages.items()
+    }
+    times["metric"] = [round(n / 100) + k for k, n in enumerate(times["prune"])]
+    times["haze"] = [0] * 12
+    warm = tuple(Column("us", row, {"stage": stage}) for stage, row in times.items())
+    cold = {"world": [2_000_000 + k for k in range(8)], "first_trace": [1_500_000] * 8}
+    cold |= {f"{k}_bytes": [10**9] * 8 for k in ("world", "shoot", "render")}
+    named = ({"topic": "cost", "what": each} for each in ("frames", "processes"))
+    return tuple(map(Point, named, ((), ()), (warm, columns(cold))))
+
+
+def size(side, trace, set_up, error=0.004, megabytes=500, kind="meadow"):
+    """Both fields of one side of a world, two frames each, with a spread of a hundredth."""
+    spread = np.array([0.99, 1.01] * 2 if side == "pruned" else [0.995, 1.005] * 2)
+    stages = {**dict.fromkeys(SET_UP, set_up / 4), "trace": trace}
+    times = [
+        Column("us", np.rint(1e6 * v * spread).astype(int).tolist(), {"stage": k})
+        for k, v in stages.items()
+    ]
+    counted = columns({"peak_bytes": [megabytes * 10**6, megabytes * 10**6 + len(side)]})
+    flip = [
+        Column(
+            "flip_ppm", [round(1e6 * (error + 0.1 / n**0.5)) + k for k in (0, 5)], {"samples": n}
+        )
+        for n in (16, 64)
+    ]
+    case = {"topic": "cost", "what": "size", "kind": kind, "objects": 1e4, "side": side}
+    return Point(case, samples=(*times, *counted, *(flip if side == "pruned" else ())))
+
+
+def by_estimand(points):
+    return {c.estimand: c for c in claims(tuple(points))}
+
+
+@pytest.mark.parametrize(
+    ("kind", "trace", "error", "refuted"),
+    [
+        ("crowd", 1.0, 0.004, set()),
+        ("meadow", 1.0, 0.004, {"time of a later frame, pruned ÷ unpruned"}),
+        (
+            "crowd",
+            0.5,
+            0.02,
+            {"time to trace, pruned ÷ unpruned", "FLIP to unpruned without noise"},
+        ),
+    ],
+)
+def test_both_sides_of_a_world_are_compared_stage_by_stage(kind, trace, error, refuted):
+    """Unpruned, 9 s of set-up and 1 s of tracing; where nothing moves it is set up once."""
+    found = by_estimand(
+        (
+            size("whole", 1.0, 9.0, megabytes=2000, kind=kind),
+            size("pruned", trace, 0.2, error, kind=kind),
+        )
+    )
+    assert len(found) == 5
+    assert {name for name, c in found.items() if c.verdict == "refuted"} == refuted
+    measured = {name: c.measured for name, c in found.items()}
+    later = 1.2 if kind == "meadow" else (trace + 0.2) / 10
+    assert measured == pytest.approx(
+        {
+            "time to trace, pruned ÷ unpruned": trace,
+            "time of a later frame, pruned ÷ unpruned": later,
+            "time to set up a frame, pruned ÷ unpruned": 0.2 / 9,
+            "memory of a first frame, pruned ÷ unpruned": 0.25,
+            "FLIP to unpruned without noise": error,
+        },
+        rel=0.01,
+    )
+
+
+def test_shares_of_a_frame_are_judged():
+    held = by_estimand(frames(prune=0.05, build=0.3))
+    prune = "time of finding and pruning ÷ time of a frame"
+    setup = "time to set up the hierarchies ÷ time of 240 frames"
+    assert {c.verdict for c in held.values()} == {"holds"} and held[prune].headline
+    assert held[prune].measured == pytest.approx(0.05, abs=1e-3)
+    assert held[setup].measured == pytest.approx(2 / 240, rel=0.02)
+    assert by_estimand(frames(prune=0.5))[prune].verdict == "refuted"
+    warm, cold = frames(prune=0.05)
+    few = replace(cold, samples=tuple(replace(c, values=c.values[:2]) for c in cold.samples))
+    assert setup not in by_estimand((warm, few))
+
+
+def world(metric, objects, parts, seconds, scene="a", side=None):
+    chance = np.random.default_rng(int(objects))
+    times = [round(1e6 * seconds * n) for n in chance.normal(1, 0.01, 12)]
+    case = {"topic": "world", "metric": metric, "objects": objects, "scene": scene}
+    case |= {"limit_m": 100.0, "side_m": side or objects**0.5}
+    return Point(
+        case, samples=columns({"objects": [1], "parts": [parts], "bytes": [9], "cpu_us": times})
+    )
+
+
+def worlds(growth=0.0, scenes="aaaa", unpruned=1.0):
+    pruned = [
+        world("blake", 10.0**k, 1000, 0.1 * 10 ** (growth * (k - 6)), scenes[(k - 6) // 3])
+        for k in (6, 9, 12, 15)
+    ]
+    full = [
+        world("full", float(n), 80 * n, 0.05 + 1e-6 * (80 * n) ** unpruned)
+        for n in (100, 1000, 3000, 10_000)
+    ]
+    return (world("blake", 1e3, 100, 0.02, "small"), *pruned, *full)
+
+
+@pytest.mark.parametrize(
+    ("change", "refuted"),
+    [
+        ({}, None),
+        ({"growth": 0.05}, "exponent of time against objects"),
+        ({"scenes": "aaab"}, "different frames"),
+        ({"unpruned": 0.8}, "exponent of added time against added parts"),
+    ],
+)
+def test_worlds_beyond_the_limit_are_judged(change, refuted):
+    points = worlds(**change)
+    assert len(beyond_limit(points)) == 4
+    found = by_estimand(points)
+    saved = found["time of a frame, unpruned ÷ pruned"]
+    assert len(found) == 4 and saved.relation == "≥" and saved.headline
+    if refuted:
+        assert found[refuted].verdict == "refuted"
+    else:
+        assert {c.verdict for c in found.values()} == {"holds"}
+        assert saved.measured == pytest.approx(8.5, rel=0.02)
+
+
+def command(words, turns, ratio, traced=0):
+    case = {"topic": "start", "command": words, "kept": "warm"}
+    us = {"imports_us": [1000] * turns, "trace_us": [traced] * turns, "command_cpu_us": [1] * turns}
+    took = [round(ratio * (1000 + traced)) + k for k in range(turns)]
+    return Point(case, samples=columns({**us, "command_us": took}))
+
+
+def test_a_warm_command_is_held_against_its_imports_and_its_trace():
+    """At most four times the imports, and one and a half times imports and trace."""
+    counting, frame = claims((command("count", 9, 3.5), command("render", 9, 3.5, 4000)))
+    assert (counting.verdict, frame.verdict) == ("holds", "refuted")
+    assert counting.measured == pytest.approx(3.5, rel=0.01) == frame.measured
+    assert claims((command("count", 2, 3.5),)) == ()
+
+
+def test_memory_is_held_against_its_estimate_and_does_not_grow():
+    def held(said, *peaks):
+        named = {"topic": "memory", "preset": "zoo", "variant": "x", "settings": "y"}
+        counts = {"estimated_bytes": [said], "peak_bytes": list(peaks)}
+        return Point(named, samples=columns(counts))
+
+    near, far, grows = claims((held(90, 100), held(60, 100), held(100, *range(100, 200))))
+    assert (near.verdict, far.verdict, grows.verdict) == ("holds", "refuted", "refuted")
+
+
+def test_figures_and_tables_tell_the_record():
+    points = (*frames(prune=0.05), size("whole", 1.0, 9.0), size("pruned", 1.0, 0.2), *worlds())
+    points += command("count", 9, 3.5), command("x", 2, 1, 5)
+    record = record_of(EXPERIMENT, points)
+    for _, (heads, rows) in tables(record):
+        assert rows and {len(row) for row in rows} == {len(heads)}
+    drawn = plots(record)
+    assert all(len(plot.alt) > 80 and plot.drawn for plot in drawn) and len(drawn) == 3
+
+
+def test_every_stage_of_a_real_frame_is_timed():
+    found = preset_costs(["render.size=32x18", "render.spp=1", "view.detail=8"], choose(), 1)
+    (row,) = found["warm"]
+    assert {*STAGES, "metric", "tests", "haze"} <= set(row)
+    assert all(row[stage] > 0 for stage in STAGES) and row["tests"] > 10
+    cold = found["cold"]
+    assert 0 < cold["world_bytes"] <= cold["shoot_bytes"] <= cold["render_bytes"]
+
+
+def test_every_topic_has_cases_that_are_measured():
+    for effort in ("quick", "full"):
+        for name, topic in EXPERIMENT.topics.items():
+            assert EXPERIMENT.cases(name, topic.sizes(effort))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("topic", ["cost", "world", "speed", "settings"])
+def test_a_small_run_is_measured_judged_and_shown(topic):
+    sizes = dict(EXPERIMENT.topics[topic].quick)
+    small = {"processes": 1, "worlds": {"meadow": [20.0]}, "fields": 2, "size": "32x18", "spp": 4}
+    small |= {"samples": [4, 16], "repeats": 8 if topic == "world" else 2, "pairs": 1}
+    sizes |= {name: value for name, value in small.items() if name in sizes}
+    points = [p for case in EXPERIMENT.cases(topic, sizes) for p in measure(case, 0)]
+    assert {p.case["topic"] for p in points} == {topic}
+    if topic in ("cost", "speed", "settings"):
+        judged = replace(EXPERIMENT, claims=lambda points: ())
+        assert tables(record_of(judged, merge_points(points)))
+    else:
+        assert len(EXPERIMENT.judged(tuple(points))) == 4
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("case", [HELD[0], HELD[7], replace(GROWTH, frames=30)], ids=str)
+def test_memory_is_as_estimated_and_frame_after_frame_takes_no_more(case):
+    if (why := works(case.variant)) is not True:
+        pytest.skip(f"{case.variant} does not work here: {why}")
+    (found,) = claims(tuple(measure(case, 0)))
+    assert found.verdict == "holds", found.measured
+
+
+def loaded(function):
+    """Whether the process of a function has loaded statistics that need much memory."""
+    import sys
+
+    return "statsmodels" in sys.modules, function.__name__
+
+
+def test_processes_whose_memory_is_measured_load_no_statistics():
+    assert run_in_child(loaded, preset_costs).result == (False, "preset_costs")
+
+
+@pytest.fixture
+def asked(monkeypatch):
+    """The processes that were asked for; imports take half a second and commands two."""
+    asked: list[tuple[str, str]] = []
+
+    def note(words, environment):
+        asked.append((words[1], environment["LODBENCH_CACHE"]))
+        said = json.dumps({"seconds": {"trace": 1.5, "write": 9.0}}) + '\n{"done": 1}'
+        return said.encode(), 2.0 if words[1] == "-m" else 0.5, 0.5
+
+    monkeypatch.setattr(timing, "run_timed", note)
+    return asked
+
+
+def test_cold_commands_find_nothing_kept_and_warm_ones_the_same(asked):
+    cold, warm = measure(Command(("count", "meadow"), 8, 2), 0)
+    assert (cold.case["kept"], warm.case["kept"]) == ("cold", "warm")
+    assert [word for word, _ in asked] == ["-c", "-m"] * 3 + ["-c", "-m"] * 8
+    assert len({cache for word, cache in asked if word == "-m"}) == 3
+    assert warm.column("imports_us") == [500_000] * 8 and not any(warm.column("trace_us"))
+    (first,) = measure(Command(("render", "meadow"), 0, 1, JIT_VARIANT), 0)
+    assert first.column("trace_us") == [1_500_000]
+
+
+def test_noise_is_the_variance_over_the_squared_light():
+    rng, light = np.random.default_rng(0), np.full((200, 300, 3), 0.5)
+    a, b = (light + 0.1 * rng.standard_normal(light.shape) for _ in range(2))
+    assert noise_of_pair(a, b, light) == pytest.approx(0.1**2 / (0.25 * (1 + DARK)), rel=0.02)
+
+
+def test_every_way_to_sample_differs_and_takes_as_many_samples_as_asked():
+    """Orthogonal arrays round what they cannot, and say so only in a warning."""
+    variants.use(variants.SCALAR_VARIANT)
+    used = Quality(variants.SCALAR_VARIANT)
+    first, *others = (replace(used, **changes) for changes in sampling_settings().values())
+    assert first == used and used not in others
+    assert len(set(others)) == len(others) == 15
+    for kind in {each.sampler for each in others}:
+        sampler = load_plugin({"type": kind, "sample_count": SAMPLES})
+        assert sampler.sample_count() == SAMPLES

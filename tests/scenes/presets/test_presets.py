@@ -1,0 +1,360 @@
+"""Presets say what they mean, are refused by key in one line, and read back as they are written."""
+
+import json
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from lod.errors import InputError
+from scenes.presets.keys import NAMED, key_entries, known_keys
+from scenes.presets.load import (
+    Setting,
+    load_preset,
+    preset_from,
+    preset_names,
+    preset_toml,
+    preset_values,
+)
+from scenes.presets.schema import Preset
+from scenes.presets.values import parse_height, parse_length, parse_size
+
+NAMES = [name for name, _ in preset_names()]
+
+
+def test_every_key_is_described_once() -> None:
+    names = [each.name for each in key_entries()]
+    assert names == known_keys(dict.fromkeys(NAMED, ("NAME",)))
+    assert len(set(names)) == len(names)
+    assert all(each.about for each in key_entries())
+
+
+def test_a_key_tells_its_type_unit_range_and_default() -> None:
+    entries = {each.name: each for each in key_entries()}
+    fov, mist = entries["camera.fov"], entries["air.mist_scale"]
+    assert (fov.kind, fov.unit, fov.default) == ("number", "degrees", 60.0)
+    assert fov.range == "above 0 and below 180"
+    assert (mist.kind, mist.default, mist.required) == ("length", 50.0, False)
+    assert entries["species.NAME.density"].required
+    assert entries["render.haze"].kind == '"analytic" or "scattered" or "medium"'
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_preset_written_as_toml_is_the_same_preset(name: str, tmp_path: Path) -> None:
+    preset, path = load_preset(name), tmp_path / "again.toml"
+    path.write_text(preset_toml(preset), encoding="utf-8")
+    assert load_preset(str(path)) == preset
+
+
+@given(
+    text=st.text(st.characters(codec="utf-8"), max_size=40),
+    height=st.floats(1e-6, 1e6),
+    visibility=st.none() | st.floats(1, 330e3),
+    cell=st.integers(-(2**55), 2**55),
+    sizes=st.lists(st.floats(1e-3, 1e3), min_size=1, max_size=4),
+)
+def test_any_values_survive_the_way_through_toml(
+    tmp_path_factory: pytest.TempPathFactory,
+    text: str,
+    height: float,
+    visibility: float | None,
+    cell: int,
+    sizes: list[float],
+) -> None:
+    meadow = load_preset("meadow")
+    tree = meadow.species["tree"].model_copy(update={"sizes": tuple(sizes)})
+    camera = meadow.camera.model_copy(update={"height": height, "cell": (cell, -cell)})
+    changed = {
+        "about": text,
+        "camera": camera,
+        "air": meadow.air.model_copy(update={"visibility": visibility}),
+        "species": {"tree": tree},
+    }
+    preset = meadow.model_copy(update=changed)
+    path = tmp_path_factory.mktemp("toml") / "any.toml"
+    path.write_text(preset_toml(preset), encoding="utf-8")
+    assert load_preset(str(path)) == preset
+
+
+def test_values_are_given_by_dotted_key() -> None:
+    values = preset_values(load_preset("fly_in"))
+    assert values["view.detail"] == 60.0
+    assert values["camera.keys.frame"] == [1, 24, 48]
+    assert values["eye.efficiency"] is None
+
+
+def refusal(name: str, *overrides: str) -> str:
+    with pytest.raises(InputError) as caught:
+        load_preset(name, overrides)
+    return str(caught.value)
+
+
+def test_the_default_preset_has_all_three_subjects() -> None:
+    meadow = load_preset("meadow")
+    assert {each.model for each in meadow.species.values()} == {"figure", "tree", "sward"}
+    assert meadow.terrain.amplitude > 0
+    assert meadow.air.visibility is not None
+    assert meadow.render.size == (640, 360)
+
+
+def test_every_preset_of_the_package_says_what_it_shows() -> None:
+    names = dict(preset_names())
+    assert "meadow" in names
+    assert all(about and "\n" not in about for about in names.values())
+
+
+def test_a_preset_survives_being_written_down() -> None:
+    meadow = load_preset("meadow", ["world.extent=2km"])
+    assert preset_from(meadow.model_dump()) == meadow
+    assert preset_from(json.loads(meadow.model_dump_json())) == meadow
+
+
+def test_an_empty_file_is_a_preset_of_defaults(tmp_path: Path) -> None:
+    path = tmp_path / "empty.toml"
+    path.write_text("")
+    assert load_preset(str(path)) == Preset()
+
+
+def test_a_preset_is_frozen() -> None:
+    with pytest.raises(ValueError, match="frozen"):
+        load_preset("meadow").seed = 3  # type: ignore[misc]
+
+
+@pytest.mark.parametrize(
+    ("override", "key", "value"),
+    [
+        ("seed=7", "seed", 7),
+        ("world.extent=1e6", "world.extent", 1e6),
+        ("world.extent=3km", "world.extent", 3000.0),
+        ("world.extent=endless", "world.extent", None),
+        ("species.figure.density=0.002", "species.figure.density", 0.002),
+        ("species.tree.sizes=[1, 2]", "species.tree.sizes", (1.0, 2.0)),
+        ("camera.height = 200", "camera.height", 200.0),
+        ("camera.position=[1e12, -3]", "camera.position", (1e12, -3.0)),
+        ("air.visibility=500m", "air.visibility", 500.0),
+        ("air.visibility='3 km'", "air.visibility", 3000.0),
+        ("air.visibility=clear", "air.visibility", None),
+        ("air.mist=300m", "air.mist", 300.0),
+        ("air.mist_base=-5m", "air.mist_base", -5.0),
+        ("air.mist_scale=0.02km", "air.mist_scale", 20.0),
+        ("display.pixels_per_degree=40", "display.pixels_per_degree", 40.0),
+        ("eye={}", "eye.signal_to_noise", 3.0),
+        ("view.haze_aware=false", "view.haze_aware", False),
+        ("render.size=8x4", "render.size", (8, 4)),
+        ("render.size=[8, 4]", "render.size", (8, 4)),
+        ("view.metric=bounded", "view.metric", "bounded"),
+        ("view.look_around=true", "view.look_around", True),
+        ('about="a = b"', "about", "a = b"),
+    ],
+)
+def test_a_setting_reaches_its_key(override: str, key: str, value: object) -> None:
+    found: object = load_preset("meadow", [override])
+    for step in key.split("."):
+        found = found[step] if isinstance(found, dict) else getattr(found, step)
+    assert found == value
+
+
+def test_the_last_setting_of_a_key_wins() -> None:
+    assert load_preset("meadow", ["seed=1", "seed=2"]).seed == 2
+
+
+def test_a_whole_species_can_be_added() -> None:
+    wood = load_preset("meadow", ['species.oak={model="tree", density=0.001}'])
+    assert wood.species["oak"].density == 0.001
+
+
+@pytest.mark.parametrize(
+    ("override", "says"),
+    [
+        ("seed=-1", "-D seed: -1: at least 0"),
+        (f"seed={2**63}", f"at most {2**63 - 1}"),
+        ("seed=1.5", "1.5: a whole number"),
+        ("seed=true", "True: a whole number"),
+        ("sead=1", "did you mean seed?"),
+        ("density=1", "did you mean species.figure.density?"),
+        ("camera.hight=2", "did you mean camera.height?"),
+        ("camera.height.x=2", "did you mean camera.height?"),
+        ("air.qqq=1", "known here: visibility"),
+        ("air.visibility=1000km", "-D air.visibility: 1000000.0: at most 330000"),
+        ("air.mist=50", 'write "50km" or "50m"'),
+        ("air.mist_base=20", "-D air.mist_base: 20: a number with its unit"),
+        ("air.mist_scale=0m", "a length above 0"),
+        ("air.mist_scale=-1m", "a length above 0"),
+        ("air.seeing=-1", "-D air.seeing: -1: at least 0"),
+        ("display.ppd=67", "no such key; did you mean display."),
+        ("display.pixels_per_degree=0", "-D display.pixels_per_degree: 0: at least 1"),
+        ("eye.efficiency=2", "-D eye.efficiency: 2: above 0 and at most 1"),
+        ("eye=3", "a table of keys"),
+        (
+            "species.figur.density=1",
+            "table [species.figur] in a file, as `lodbench show` writes one; did you mean figure?",
+        ),
+        ("species.zzz.density=1", "one of: figure, tree"),
+        ("camera.height=0", "-D camera.height: 0: above 0"),
+        ("camera.height=nan", "nan: a finite number"),
+        ("camera.height=1e999", "inf: a finite number"),
+        ("camera.height=" + "9" * 5000, "a number"),
+        ("camera.position=[1]", "-D camera.position[1]"),
+        ("camera.position=[0, inf]", "-D camera.position[1]: inf: a finite number"),
+        ("camera.fov=180", "above 0 and below 180"),
+        ("camera=3", "a table of keys; `lodbench list --keys` shows every key"),
+        ("species.figure.density=-1", "-D species.figure.density: -1: at least 0"),
+        ("species.figure.density=nan", "-D species.figure.density: nan: a finite number"),
+        ("species.figure.prototypes=0", "at least 1"),
+        ("species.figure.sizes=[]", "-D species.figure.sizes: (): at least 1"),
+        ("species.figure.sizes=[0.0]", "-D species.figure.sizes[0]: 0.0: at least 0.001"),
+        ("species.figure.model=elf", "'elf': one of 'figure', 'boulder', 'sward', 'giraffe'"),
+        ("species.elk={model='tree'}", "-D species.elk.density: missing: a required key"),
+        ("species.9={model='tree', density=1}", "letter first; try oak_2"),
+        (f"species.{'a' * 99}={{model='tree', density=1}}", "64 characters; try a shorter one"),
+        ("species=3", "a table of keys; `lodbench list --keys`"),
+        ("air.visibility=20", 'write "20km" or "20m"'),
+        ("air.visibility=0.5m", "1m to 330km"),
+        ("world.extent=0", "above 0"),
+        ("view.metric=blak", "one of blake, bounded"),
+        ("view.metric=full", "-D view.metric: 'full': needs a finite world"),
+        ("view.detail=0", "-D view.detail: 0: above 0"),
+        ("light.sun_elevation=91", "at most 90"),
+        ("render.spp=0", "at least 1"),
+        ("render.size=0x0", "'0x0': each side from 1"),
+        ("render.size=640", "WIDTHxHEIGHT"),
+        ("terrain.hurst=0", "above 0 and at most 1"),
+        ("terrain.wavelength=1000", "1000: a power of two; try 1024"),
+        ("terrain.wavelength=-2", "-D terrain.wavelength: -2: "),
+        ("terrain.wavelength=33554432", "at most 16777216"),
+        ("seed", "-D: 'seed': key=value"),
+        ("=3", "key=value"),
+        ("seed=", "key=value"),
+        ("seed=1\nabout='x'", "a whole number"),
+    ],
+)
+def test_a_bad_setting_is_refused_by_name(override: str, says: str) -> None:
+    message = refusal("meadow", override)
+    assert says in message
+    assert "\n" not in message
+    assert len(message) < 320
+
+
+def test_metrics_that_need_an_axis_refuse_a_full_turn() -> None:
+    assert "view.metric" in refusal("meadow", "view.metric=depth", "view.look_around=true")
+
+
+@pytest.mark.parametrize(
+    ("toml", "says"),
+    [
+        ("seed = 1\ncamera = {height = nan}", "camera.height: nan: a finite number"),
+        ("[species.elk]\nmodel = 'tree'\ndensity = inf", "species.elk.density: inf"),
+        (
+            "[air]\nvisibillity = '20km'",
+            "air.visibillity: '20km': no such key; did you mean air.vis",
+        ),
+        ("visibility = '20km'", "did you mean air.visibility?"),
+        ("seed = \n", "'seed =': not TOML: Invalid value (at line 1, column 8)"),
+        ("seed = 1\nseed = 2", "not TOML"),
+        ("[camera", "'[camera': not TOML"),
+        ("seed = " + "9" * 5000, "not TOML"),
+        ("seed = " + "[" * 100_000, "nested less deeply"),
+        ("seed = -1\nfrog = 2", "(and 1 more)"),
+    ],
+)
+def test_a_bad_file_is_refused_by_file_and_key(tmp_path: Path, toml: str, says: str) -> None:
+    path = tmp_path / "mine.toml"
+    path.write_text(toml)
+    message = refusal(str(path))
+    assert message.startswith(str(path))
+    assert says in message
+    assert "\n" not in message
+
+
+def test_names_and_paths_that_lead_nowhere(tmp_path: Path) -> None:
+    assert "did you mean meadow?" in refusal("medow")
+    assert "no such file" in refusal(str(tmp_path / "none.toml"))
+    assert "it is a folder" in refusal(str(tmp_path) + "/")
+    latin = tmp_path / "latin.toml"
+    latin.write_bytes(b"about = '\xe9'")
+    assert "UTF-8" in refusal(str(latin))
+    huge = tmp_path / "huge.toml"
+    huge.write_bytes(b"#" * 1_000_001)
+    assert "at most" in refusal(str(huge))
+
+
+def test_an_error_blames_the_flag_that_set_the_key() -> None:
+    with pytest.raises(InputError, match=r"^--spp: 0: at least 1"):
+        load_preset("meadow", [Setting("--spp", "render.spp", 0)])
+
+
+@pytest.mark.parametrize(
+    ("text", "metres"),
+    [("20km", 20_000.0), ("500 m", 500.0), (" 1.5km ", 1500.0), (".5m", 0.5), ("1e3km", 1e6)],
+)
+def test_a_length_is_in_metres(text: str, metres: float) -> None:
+    assert parse_length(text) == metres
+
+
+@pytest.mark.parametrize(("text", "metres"), [("-3m", -3.0), ("0m", 0.0), ("1.2km", 1200.0)])
+def test_a_height_may_be_below(text: str, metres: float) -> None:
+    assert parse_height(text) == metres
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "20",
+        20,
+        20.0,
+        "km",
+        "",
+        "-3km",
+        "0m",
+        "3 miles",
+        "3KM",
+        "1e400km",
+        "nan m",
+        "inf km",
+        "1 2m",
+        "١km",
+        None,
+        "3km 4m",
+        "--3km",
+    ],
+)
+def test_what_is_no_length_is_refused_with_the_units(text: object) -> None:
+    with pytest.raises(InputError, match="km") as caught:
+        parse_length(text, "--visibility")
+    assert caught.value.where == "--visibility"
+    assert caught.value.arrived == text
+
+
+@pytest.mark.parametrize("text", ["0", "0km", "-3", "-0.0 m"])
+def test_what_is_not_above_0_is_not_cured_by_a_unit(text: str) -> None:
+    with pytest.raises(InputError, match=r"above 0.*20km"):
+        parse_length(text, "--visibility")
+
+
+@pytest.mark.parametrize(
+    ("text", "size"), [("640x360", (640, 360)), (" 1 x 1 ", (1, 1)), ("16384x2", (16384, 2))]
+)
+def test_a_size_is_width_and_height(text: str, size: tuple[int, int]) -> None:
+    assert parse_size(text) == size
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "0x0",
+        "0x5",
+        "5x0",
+        "640",
+        "640x",
+        "x360",
+        "-1x3",
+        "1.5x2",
+        "16385x1",
+        "1x1x1",
+        "9" * 5000 + "x1",
+    ],
+)
+def test_what_is_no_size_is_refused(text: str) -> None:
+    with pytest.raises(InputError, match="640x360"):
+        parse_size(text, "--size")
