@@ -17,8 +17,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lod.errors import InputError
-from lod.metric import Metric
-from lod.pruner import Representation
 from scenes.frame.layers import SKY_Z, Layers
 from scenes.presets.load import Setting
 from scenes.presets.load import load_preset as _load_preset
@@ -27,6 +25,8 @@ from scenes.presets.schema import Preset
 if TYPE_CHECKING:
     from bench.frame_counts import Counts
     from bench.records.records import Record
+    from lod.metric import Metric
+    from lod.pruner import Representation
 
 __all__ = [
     "SKY_Z",
@@ -43,6 +43,19 @@ __all__ = [
     "render_sequence",
     "run_experiment",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """Import what metrics and representations are made of when it is asked for."""
+    if name == "Metric":
+        from lod.metric import Metric
+
+        return Metric
+    if name == "Representation":
+        from lod.pruner import Representation
+
+        return Representation
+    raise AttributeError(f"module 'lodbench' has no attribute {name!r}")
 
 
 @dataclass(frozen=True, eq=False)

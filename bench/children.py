@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from scenes.processes.memory import peak_rss_bytes
+from scenes.processes.memory_limit import peak_rss_bytes
 from scenes.render.variants import trusting
 
 _ROOT = Path(__file__).resolve().parents[1]

@@ -23,7 +23,7 @@ from lod.law import max_ground_distance
 from lod.pruner import prune
 from scenes.presets.load import load_preset
 from scenes.presets.schema import Preset
-from scenes.processes.memory import peak_rss_bytes
+from scenes.processes.memory_limit import peak_rss_bytes
 from scenes.render.description import describe_frame
 from scenes.render.exr.layers import write_exr
 from scenes.render.render import build_frame, render_frame, trace

@@ -38,7 +38,7 @@ from scenes.frame.frame_input import (
 from scenes.render.render import build_frame, trace
 from scenes.scene import Scene, frame_quality
 from scenes.sticks.prototype import LUMINANCE
-from scenes.world.light import Light, sun_and_sky
+from scenes.world.sun_and_sky import Light, sun_and_sky
 
 AT_FULL_SIZE = 0.5
 """The share of itself from which on a part that comes or goes is said to pop."""

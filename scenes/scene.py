@@ -39,7 +39,7 @@ from scenes.presets.load import load_preset
 from scenes.presets.schema import Preset
 from scenes.processes.progress import steps, work
 from scenes.world.camera_path import camera_at, path_pose, placed_camera
-from scenes.world.light import Light, preset_air, sun_and_sky
+from scenes.world.sun_and_sky import Light, preset_air, sun_and_sky
 from scenes.world.world import World, build_world
 
 if TYPE_CHECKING:

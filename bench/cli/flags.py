@@ -324,7 +324,7 @@ def memory_flag_of_all(command: Callable[..., Any]) -> Callable[..., Any]:
     def keep(context: click.Context, option: click.Parameter, text: str | None) -> None:
         most = memory_limit_bytes(text)
         if most is not None:
-            from scenes.processes.memory import VARIABLE
+            from scenes.processes.memory_limit import VARIABLE
 
             os.environ[VARIABLE] = str(most)
 

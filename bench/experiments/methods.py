@@ -59,7 +59,7 @@ from bench.records.claims import Claim, at_most, claim
 from bench.records.records import Column, Point, Record, grouped, where
 from bench.statistics.estimates import two_sided_factor
 from scenes.frame.layers import SKY_Z, Layers
-from scenes.processes.memory import memory_limit
+from scenes.processes.memory_limit import memory_limit
 from scenes.render.memory import forecast, frame_bytes
 from scenes.render.pictures import auto_exposure, to_srgb
 from scenes.render.variants import choose

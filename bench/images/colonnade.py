@@ -32,7 +32,7 @@ from scenes.plugins import metric_by_name
 from scenes.render.render import render_frame
 from scenes.render.variants import choose
 from scenes.sticks.prototype import LUMINANCE
-from scenes.world.light import Light
+from scenes.world.sun_and_sky import Light
 
 COUNT, SPACING_M, DEPTH_M = 13, 4.0, 12.0
 FOV_DEG, SIZE_PX, EYE_M = 132.0, (960, 216), 2.6

@@ -47,7 +47,7 @@ from scenes.render.render import build_frame, move_camera, trace
 from scenes.render.variants import choose
 from scenes.scene import Scene, frame_quality
 from scenes.sticks.prototype import LUMINANCE
-from scenes.world.light import sun_and_sky
+from scenes.world.sun_and_sky import sun_and_sky
 
 WIDTH_PX, FOV_DEG = 160, 60.0
 """The width of a whole picture, in pixels and as an angle: pieces have pixels of the same angle."""

@@ -46,7 +46,7 @@ from scenes.render.pictures import auto_exposure, to_srgb
 from scenes.render.render import render_frame
 from scenes.render.variants import choose
 from scenes.scene import Scene, frame_quality
-from scenes.world.light import sun_and_sky
+from scenes.world.sun_and_sky import sun_and_sky
 from scenes.world.world import World
 
 VIEWS = {

@@ -38,7 +38,7 @@ from scenes.presets.schema import Preset
 from scenes.render.memory import predict_bytes
 from scenes.render.variants import choose
 from scenes.scene import Scene, frame_quality
-from scenes.world.light import sun_and_sky
+from scenes.world.sun_and_sky import sun_and_sky
 from scenes.world.world import World
 
 NOTHING, EVERYTHING = "nothing", "everything"

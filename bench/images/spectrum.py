@@ -26,7 +26,7 @@ from scenes.render.render import render_frame
 from scenes.render.variants import choose
 from scenes.scene import Scene
 from scenes.sticks.prototype import LUMINANCE
-from scenes.world.light import Light
+from scenes.world.sun_and_sky import Light
 
 EDGES = tuple(2.0**k for k in range(-6, 0))
 """Edges of octaves of frequency [cycles a pixel], from 1/64 to 1/2; lower ones are in the first."""

@@ -18,7 +18,7 @@ from lod.pruner import BlendWeights, Cut, Moving, Parts, Representation
 from lod.shapes import Appearance, Sticks, SticksAndTriangles
 from lod.update_schedule import DrawnState, apply_state
 from lod.view import View
-from scenes.world.light import Light
+from scenes.world.sun_and_sky import Light
 
 
 @dataclass(frozen=True, eq=False)

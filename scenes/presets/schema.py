@@ -10,7 +10,6 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from lod.errors import InputError
-from scenes.plugins import metric_by_name
 from scenes.presets.things import (
     ActingPreset,
     ActorPreset,
@@ -409,6 +408,8 @@ class Preset(Table):
     @model_validator(mode="after")
     def _agree(self) -> "Preset":
         """Keys that must agree with each other."""
+        from scenes.plugins import metric_by_name  # expensive to import, and mistakes come first
+
         try:
             metric = metric_by_name(self.view.metric)
         except InputError as error:

@@ -13,7 +13,7 @@ from lod.pruner import prune
 from lod.view import View
 from scenes.field.forecast import forecast_field
 from scenes.presets.schema import Preset
-from scenes.processes.memory import MemoryLimit, memory_limit, size_text
+from scenes.processes.memory_limit import MemoryLimit, memory_limit, size_text
 from scenes.render.memory import parts_bytes, predicted_bytes, preflight
 from scenes.render.variants import choose
 from scenes.scene import Scene

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from scenes.frame.layers import Layers
-from scenes.processes.memory import peak_rss_bytes
+from scenes.processes.memory_limit import peak_rss_bytes
 from scenes.render.acting_track import replayed
 from scenes.render.description import describe_frame
 from scenes.render.exr.header import (

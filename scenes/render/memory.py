@@ -36,7 +36,7 @@ from scenes.ground.mesh import QUADS
 from scenes.models.catalogue import model_prototypes
 from scenes.presets.load import has_acting
 from scenes.presets.schema import Preset
-from scenes.processes.memory import MemoryLimit, memory_limit, size_text
+from scenes.processes.memory_limit import MemoryLimit, memory_limit, size_text
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.scene import Scene, frame_quality
 from scenes.trees.species import Weather

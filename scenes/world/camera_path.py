@@ -135,7 +135,7 @@ def _flight(keys: tuple[CameraKey, ...], fov: float, roll: float) -> Callable[[f
     ``fov`` and ``roll`` are those of keys that have none [degrees]. The same keys are asked for
     frame after frame.
     """
-    from scipy.interpolate import PchipInterpolator  # dear to import, and few presets fly
+    from scipy.interpolate import PchipInterpolator  # expensive to import, and few presets fly
 
     columns = np.array([(*key.position, key.height, *key.target) for key in keys])
     lens = [[key.fov or fov, roll if key.roll is None else key.roll] for key in keys]

@@ -23,7 +23,7 @@ from scenes.presets.schema import Preset
 from scenes.presets.things import SpeciesPreset
 from scenes.processes.progress import work
 from scenes.trees.species import Weather
-from scenes.world.light import sun_and_sky
+from scenes.world.sun_and_sky import sun_and_sky
 
 
 @dataclass(frozen=True, eq=False)

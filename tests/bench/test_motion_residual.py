@@ -27,7 +27,7 @@ from scenes.presets.load import load_preset
 from scenes.render.variants import choose
 from scenes.scene import Scene
 from scenes.sticks.prototype import LUMINANCE
-from scenes.world.light import Light
+from scenes.world.sun_and_sky import Light
 
 SIZE = (32, 18)
 GROUND = Terrain(0, 0.0, 64.0, 0.8, reach=32.0)

@@ -13,7 +13,7 @@ from lod.update_schedule import WINDOW
 from lod.view import compile_view, in_view, sphere_in_frustum
 from scenes.presets.load import load_preset, preset_names
 from scenes.scene import Scene, frame_quality
-from scenes.world.light import preset_air, sun_and_sky
+from scenes.world.sun_and_sky import preset_air, sun_and_sky
 
 
 def test_a_panorama_is_pruned_all_round_at_one_angle():

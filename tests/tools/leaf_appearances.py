@@ -44,7 +44,7 @@ from scenes.sticks.prototype import LUMINANCE, Prototype
 from scenes.sticks.shapes import Shapes
 from scenes.trees.species import CALM_SUMMER, TreeSpecies, read_species, tree_species
 from scenes.trees.tree import tree_prototypes
-from scenes.world.light import Light
+from scenes.world.sun_and_sky import Light
 
 UNSEEN = ("poplar", "acacia", "pine")
 """Kinds of tree whose parameters were frozen before the fit that they judge."""

@@ -13,7 +13,7 @@ from bench.cli.flags import (
 )
 from bench.cli.output import Output, output, progress_bar, table, tell_first_run
 from lod.errors import InputError
-from scenes.processes.memory import peak_rss_bytes
+from scenes.processes.memory_limit import peak_rss_bytes
 
 if TYPE_CHECKING:
     from bench.frame_counts import Counts, SpeciesCount, Workload
@@ -46,12 +46,14 @@ def command(preset: str, frame: int, as_json: bool, max_memory: str | None, **fl
         with watch.stage("build"):
             chosen = within_budget(chosen, (frame,), most_bytes, out.note)
             scene = Scene(chosen)
+            preflight(scene, (), most_bytes)
+            world = scene.world
         with progress_bar("step") as show:
             show(0, 1, "memory")
             with watch.stage("estimate"):
                 estimated = preflight(scene, (frame,), most_bytes)
             ground = estimated.ground if estimated else None
-            counts = count(scene.world, scene.view(frame), ground, show)
+            counts = count(world, scene.view(frame), ground, show)
         seconds = watch.seconds | counts.seconds
         wrong = workload.mismatches(counts) if workload else []
         told = {"name": workload.name, "golden": not wrong} if workload else None

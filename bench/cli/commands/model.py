@@ -25,7 +25,7 @@ from scenes.ground.terrain import Terrain
 from scenes.render.pictures import PictureStyle, preview_pixels, save_sheet
 from scenes.render.render import render_frame
 from scenes.rig.rigged_prototype import RiggedPrototype
-from scenes.world.light import Light
+from scenes.world.sun_and_sky import Light
 
 if TYPE_CHECKING:
     from scenes.imported.part_tree import PartTree

@@ -15,7 +15,7 @@ from lod.pruner import Cut, Parts, cut_from_parts
 from lod.shapes import Triangles
 from scenes.frame.frame_input import DisplayedRepresentation, FrameInput, Quality
 from scenes.render.render import render_frame
-from scenes.world.light import Light
+from scenes.world.sun_and_sky import Light
 
 DISTANCES = 20
 ALBEDOS = (0.0, 0.8)

@@ -22,7 +22,7 @@ from scenes.files import (
     partial_path,
     stray_partials,
 )
-from scenes.processes.memory import peak_rss_bytes
+from scenes.processes.memory_limit import peak_rss_bytes
 from scenes.processes.ownership import Owned, ownership
 from scenes.render.exr.header import FRAME, Record, Settings, settings_in
 

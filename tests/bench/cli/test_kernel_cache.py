@@ -25,7 +25,7 @@ def installation(folder: Path) -> Path:
     for name in ("bench/cli", "scenes/processes", "lod"):
         ignored = shutil.ignore_patterns("__pycache__")
         shutil.copytree(ROOT / name, folder / name, ignore=ignored)
-    for name in ("bench/__init__.py", "scenes/__init__.py", "scenes/noise.py"):
+    for name in ("bench/__init__.py", "scenes/__init__.py", "scenes/files.py", "scenes/noise.py"):
         shutil.copy(ROOT / name, folder / name)
     return folder
 

@@ -10,7 +10,7 @@ import pytest
 
 from bench.cli.main import main
 from lod.errors import InputError
-from scenes.processes import memory as memory_limit
+from scenes.processes import memory_limit
 from scenes.render import render as stages
 from scenes.render.memory import preflight
 from scenes.scene import Scene

@@ -9,7 +9,7 @@ from lod.pruner import Parts, cut_from_parts
 from lod.shapes import Sticks, Triangles
 from scenes.frame.frame_input import DisplayedRepresentation, FrameInput, Quality
 from scenes.render import variants
-from scenes.world.light import Light
+from scenes.world.sun_and_sky import Light
 
 GPU_VARIANT = "cuda_ad_rgb"
 DRIVERS = [variants.SCALAR_VARIANT, variants.JIT_VARIANT]

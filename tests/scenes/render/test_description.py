@@ -21,7 +21,7 @@ from scenes.render.drivers.camera_rays import sample_groups, square_sides
 from scenes.render.haze import Direction, NumpyArrays, air_along, make_haze
 from scenes.render.render import render_frame
 from scenes.render.scattered_layer import with_scattering_layer
-from scenes.world.light import Light
+from scenes.world.sun_and_sky import Light
 
 
 def described(make, *visible):

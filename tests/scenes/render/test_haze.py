@@ -47,7 +47,7 @@ from scenes.render.scattered_layer import (
     heights_at,
     with_scattering_layer,
 )
-from scenes.world.light import Light
+from scenes.world.sun_and_sky import Light
 
 AIR = Air(8000.0)
 BETA = rgb_extinction(AIR)

@@ -8,7 +8,7 @@ import pytest
 from lod.errors import InputError
 from scenes.frame.frame_input import FrameInput, Quality
 from scenes.presets.load import load_preset
-from scenes.processes.memory import free_bytes
+from scenes.processes.memory_limit import free_bytes
 from scenes.render import frame_session
 from scenes.render.exr.header import frame_settings
 from scenes.render.frame_session import FrameSession

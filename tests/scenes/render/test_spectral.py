@@ -9,7 +9,7 @@ from scenes.frame.frame_input import FrameInput, Quality
 from scenes.render import variants
 from scenes.render.light import horizon, make_bands
 from scenes.render.render import render_frame
-from scenes.world.light import Light
+from scenes.world.sun_and_sky import Light
 
 SPECTRAL = ("scalar_spectral", "llvm_ad_spectral")
 AIR = Air(5000.0)

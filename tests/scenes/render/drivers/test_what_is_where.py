@@ -5,7 +5,7 @@ import numpy as np
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.layers import SKY_Z
 from scenes.render.render import render_frame
-from scenes.world.light import Light
+from scenes.world.sun_and_sky import Light
 
 
 def columns_of(layer, value):
