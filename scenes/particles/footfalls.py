@@ -19,14 +19,13 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float64
-from numba import njit
 
 from lod.arrays import Ints, Reals
 from lod.camera import Corner
 from scenes.figures.patrol import PatrolOrbit
 from scenes.ground.relief import Relief
 from scenes.ground.shading import GROUND_MATERIALS, SNOW, ground_colours
-from scenes.noise import philox4x64, unit_float
+from scenes.particles.system import SHADES
 from scenes.rig.rig import Motion, print_and_swing
 
 
@@ -70,6 +69,11 @@ class Legs:
         """Return the farthest of each prototype's soles from the body as they strike, (v,) [m]."""
         longest = np.abs(self.ahead) + np.abs(self.stance)
         return np.where(self.walks, np.hypot(longest, self.aside), 0.0).max(axis=1)
+
+    @property
+    def fastest(self) -> Reals:
+        """Return the speed of each prototype at its own stride, (v,) [m/s]; none exceeds it."""
+        return self.stride / self.period
 
     def slots(self, life_s: float) -> int:
         """Number of footfalls of a leg of which one at least is older than a puff's life."""
@@ -153,36 +157,6 @@ def landing(walkers: Walkers, legs: Legs, of: Footfalls) -> Landing:
     at = walkers.home[of.owner] + body.offset + np.stack((x, y), axis=1)
     return Landing(time_s, at, np.stack((body.cos, body.sin), axis=1))
 
-
-def fastest(legs: Legs) -> Reals:
-    """Compute the speed of each prototype at its own stride, (v,) [m/s]: no walker exceeds it."""
-    return legs.stride / legs.period
-
-
-@njit(cache=True)
-def object_keys(cell_x, cell_y, index, seed, word):  # type: ignore[no-untyped-def]
-    """Number of each object of a field by its cell and index, (n,) int64."""
-    found = np.empty(len(index), np.int64)
-    for i in range(len(index)):
-        x, y, block = np.uint64(cell_x[i]), np.uint64(cell_y[i]), np.uint64(index[i])
-        found[i] = np.int64(philox4x64(x, y, block, np.uint64(0), seed, word)[0])
-    return found
-
-
-@njit(cache=True)
-def random_units(key, footfall, number, seed, word):  # type: ignore[no-untyped-def]
-    """Four random numbers in [0, 1) for each (key, footfall, number), (m,) int64 each, (m, 4)."""
-    u = np.empty((len(key), 4))
-    for i in range(len(key)):
-        who, which, block = np.uint64(key[i]), np.uint64(footfall[i]), np.uint64(number[i])
-        words = philox4x64(who, which, block, np.uint64(1), seed, word)
-        for k in range(4):
-            u[i, k] = unit_float(words[k])
-    return u
-
-
-SHADES = 8
-"""Number of colours of dust from that of hollows to that of ridges."""
 
 _ACROSS_M = 0.25
 """Size of the smallest patches of the ground's colour that show in a puff [m]."""

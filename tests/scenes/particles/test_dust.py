@@ -16,9 +16,8 @@ from scenes.field.species_field import Species, SpeciesField, patrol_orbits
 from scenes.figures.animal_file import animal
 from scenes.ground.relief import Relief
 from scenes.models.catalogue import people
-from scenes.particles.dust import Dust, DustFrame
-from scenes.particles.footfalls import Soil, Walkers, footfalls, landing, object_keys
-from scenes.particles.puffs import HIGH, LIFE_S, settling_speed, wind_near_ground
+from scenes.particles.dust import HIGH, LIFE_S, Dust, settling_speed, wind_near_ground
+from scenes.particles.footfalls import Soil, Walkers, footfalls, landing
 from scenes.presets.load import preset_from
 from scenes.scene import Scene
 from tests.scenes.particles.levels import drawn, level
@@ -60,7 +59,7 @@ def view(time_s=20.0, metric="blake", detail=0.2, corner=HOME):
 
 
 def walks_of(it, at):
-    return level(it, 0, at).state.walkers
+    return level(it, 0, at).state.sources
 
 
 def named(it, wanted, at):
@@ -113,8 +112,8 @@ def test_nothing_is_there_before_the_foot_strikes_nor_after_its_life():
         total = []
         for row in range(0, len(fell.time_s), 3):
             one = falls.take(np.array([row]))
-            scene = DustFrame(it.air, walks, it.legs, float(fell.time_s[row]) + since)
-            total.append(scene.puffs(one).mean_area.sum())
+            puffs = it.puffs(walks, one, float(fell.time_s[row]) + since)
+            total.append(puffs.mean_area.sum())
         if since == 0.4:
             assert min(total) > 0.05
         else:
@@ -238,7 +237,7 @@ def test_the_preset_says_where_the_wind_blows_to():
     world = scene.world
     assert [each.azimuth_deg for each in world.plumes] == [180.0, 30.0]
     (south,) = world.dust
-    assert south.air.downwind == pytest.approx((0.0, -1.0))
+    assert south.drift(1.0) == pytest.approx((0.0, -wind_near_ground(9.0)))
     default = replace(dust(wind=9, few=True), wind_azimuth_deg=180.0)
     calm, blown = (level(it, 1, view(metric="full")) for it in (dust(few=True), default))
     assert np.all((blown.position - calm.position)[:, 1] <= 0)
@@ -261,7 +260,7 @@ def test_a_deep_layer_of_its_grains_has_the_colour_of_the_ground(cover):
 
 def test_walkers_are_told_apart():
     cell, index = np.arange(4).repeat(4), np.tile(np.arange(4), 4)
-    found = object_keys(cell, -cell, index, np.uint64(1), np.uint64(2))
+    found = dust().object_keys(cell, -cell, index)
     assert len(np.unique(found)) == 16
 
 

@@ -91,8 +91,8 @@ def test_it_stands_in_the_plane_wherever_the_frame_counts_from():
 
 def test_sizes_scale_everything():
     one, two = plume("flames"), plume("flames", size=2.0)
-    assert np.allclose(two.hierarchy.R, 2 * one.hierarchy.R)
-    assert np.allclose(two.hierarchy.P, 2 * one.hierarchy.P)
+    assert np.allclose(two.hierarchies[0].R, 2 * one.hierarchies[0].R)
+    assert np.allclose(two.hierarchies[0].P, 2 * one.hierarchies[0].P)
     assert drawn(two, level(two, 2, view())).vertices[:, 2].max() < two.top_m
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bench.experiments.air.targets import (
+from bench.haze_targets import (
     DISTANCES,
     extinction_seen,
     look_at,
