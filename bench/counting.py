@@ -17,6 +17,7 @@ import numpy as np
 from jaxtyping import Float64
 from numba import njit
 
+from bench.records.provenance import scene_digest
 from lod.air import Air, least_extinction
 from lod.arrays import Ints, Reals
 from lod.camera import Corner, camera_from_heading
@@ -298,6 +299,15 @@ def _theta(width: int, fov: float) -> float:
 def prototypes_of(species: str, size: float) -> tuple[Prototype, ...]:
     """Return the species' prototypes, ``size`` times as large."""
     return tuple(each.scaled(size) for each in _STANDING[species]())
+
+
+@lru_cache(maxsize=16)
+def shapes_digest(species: str) -> str:
+    """Return the SHA-256 of the hierarchies of one species' prototypes, or of several's."""
+    names = ("parent", "level", "position", "P", "R", "B", "separation")
+    kinds = sorted(species.split("+"))
+    trees = [each.hierarchy for kind in kinds for each in prototypes_of(kind, 1.0)]
+    return scene_digest(kinds, (getattr(tree, name) for tree in trees for name in names))
 
 
 def field_seed(*words: object) -> int:

@@ -13,7 +13,6 @@ from functools import lru_cache
 import numpy as np
 
 from bench.counting import EYE_HEIGHT_M, FLAT, field_seed, prototypes_of
-from bench.records.provenance import scene_digest
 from bench.records.records import Column, Key, Point, Prediction
 from bench.statistics.estimates import Estimate, two_sided_share
 from lod.arrays import Reals
@@ -160,11 +159,3 @@ def prototypes_with(species: str, contrast: float | None) -> tuple[Prototype, ..
 def seed_of(what: str, seed: int, index: int) -> int:
     """Return a field's own seed, in 63 bits."""
     return field_seed("sight", what, seed, index)
-
-
-def scene_hash(points: tuple[Point, ...]) -> str:
-    """Return the SHA-256 of every case, hierarchy and contrast class of both species."""
-    names = ("parent", "position", "P", "R", "B", "separation", "contrast")
-    trees = [each.hierarchy for kind in sorted(DENSITY) for each in prototypes_of(kind, 1.0)]
-    arrays = (getattr(tree, name) for tree in trees for name in names)
-    return scene_digest([[point.case for point in points], DENSITY, BOUNDS_M], arrays)

@@ -327,18 +327,3 @@ def frame_quality(preset: Preset, variant: str) -> Quality:
 def _same_place(a: Camera, b: Camera) -> bool:
     pairs = ((a.eye, b.eye), (a.forward, b.forward), (a.up, b.up))
     return all(np.array_equal(one, other) for one, other in pairs)
-
-
-def view_at(world: World, preset: Preset, frame: int) -> View:
-    """Make the view of a frame; see Scene."""
-    return Scene(preset).with_world(world).view(frame)
-
-
-def assemble_frame(world: World, preset: Preset, frame: int, variant: str) -> FrameInput:
-    """Make the input of a frame; see Scene."""
-    return Scene(preset).with_world(world).input(frame, variant)
-
-
-def frame_light(world: World, preset: Preset) -> Light:
-    """Return the light of a scene; see Scene."""
-    return Scene(preset).with_world(world).light

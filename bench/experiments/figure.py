@@ -25,6 +25,7 @@ from bench.plots import Curve as Drawn
 from bench.plots import Plot, curves
 from bench.posing import posing_times
 from bench.records.claims import EXACT, Claim, at_most, claim, four_decimals, within
+from bench.records.provenance import scene_digest
 from bench.records.records import Point, Record, columns, grouped, where
 from bench.statistics.estimates import TWO_SIDED_TAILS, Estimate, exactly, two_sided_median
 from bench.statistics.fits import LEAST_ROWS, compare_with_log
@@ -134,6 +135,16 @@ def object_of(kind: str) -> RiggedPrototype:
     return people_at_rest(0, 1, 0.0)[0] if kind == PERSON else animal(kind)
 
 
+@lru_cache(maxsize=16)
+def shapes_digest(kind: str) -> str:
+    """Return the SHA-256 of the hierarchy and the joints of a kind."""
+    thing = object_of(kind)
+    names = ("parent", "level", "position", "P", "R", "B", "separation")
+    arrays = [getattr(thing.hierarchy, name) for name in names] + [thing.joint]
+    arrays += [getattr(thing.rig, name) for name in ("parent", "offset", "rest", "low", "high")]
+    return scene_digest(kind, arrays)
+
+
 def measure(case: Approach | Sizes | PosingTask, seed: int) -> Point | list[Point]:
     """Count a curve, a point a distance; list sizes; or time both ways of posing."""
     named: dict[str, Any] = {"topic": "figure"}
@@ -141,21 +152,23 @@ def measure(case: Approach | Sizes | PosingTask, seed: int) -> Point | list[Poin
         tree = object_of(case.kind).hierarchy
         P_um = np.rint(tree.P * UM_PER_M).astype(np.int64).tolist()
         found = {"level": tree.level.tolist(), "whole": tree.parent.tolist(), "P_um": P_um}
-        return Point({**named, "what": SIZED, "kind": case.kind}, samples=columns(found))
+        named |= {"what": SIZED, "kind": case.kind}
+        return Point(named, samples=columns(found), scene=shapes_digest(case.kind))
     if isinstance(case, PosingTask):
         rig, points = object_of(PERSON).rig, POINTS_PER_JOINT[case.task]
         apart, times = posing_times(rig, case.poses, points, case.repeats, seed)
         named |= {"what": POSED, "task": case.task, "poses": case.poses, "joints": len(rig)}
         named |= {"points": len(rig) * points, "apart_m": apart}
-        return Point(named, samples=columns(times))
+        return Point(named, samples=columns(times), scene=shapes_digest(PERSON))
     curve = case.curve
     distances = curve.distances(case.distances)
     named |= {"what": COUNTED, **asdict(curve)}
     named |= {"parts": len(object_of(curve.kind).hierarchy), "fits": curve.fits}
     counts = displayed_parts(curve, looked_from(distances, case.poses), seed)
+    scene = shapes_digest(curve.kind)
     return [
-        Point({**named, "distance": float(distance)}, samples=columns({"parts": row.tolist()}))
-        for distance, row in zip(distances, counts, strict=True)
+        Point({**named, "distance": float(far)}, (), columns({"parts": row.tolist()}), scene)
+        for far, row in zip(distances, counts, strict=True)
     ]
 
 

@@ -31,6 +31,7 @@ from bench.counting import (
     pierced,
     predict,
     scaling_grid,
+    shapes_digest,
 )
 from bench.experiment import Experiment, Topic
 from bench.part_sizes import camera, prototypes_with, seed_of
@@ -109,7 +110,7 @@ def measure(case: SampledCase | DepthCase, seed: int) -> Point:
         rows = np.array([pierced_in_field(case, seed, k) for k in range(case.fields)])
         found = [Column("pierced", rows[:, k].tolist(), {"quadrant": k}) for k in range(QUADRANTS)]
         named = {"topic": "depth", "extent": case.extent, "metric": case.metric}
-        return Point(named, samples=tuple(found))
+        return Point(named, samples=tuple(found), scene=shapes_digest("figure"))
     field, rule, law = case.case, case.rule, predict(case.case)
     pairs = (law.objects, law.objects_variance), (law.parts, law.parts_variance)
     needed = max(fields_needed(mean, variance, rule.target) for mean, variance in pairs)
@@ -121,7 +122,8 @@ def measure(case: SampledCase | DepthCase, seed: int) -> Point:
     counts = sample(draw, needed, 2, rule)
     samples = dict(zip(COLUMNS, map(list, zip(*counts, strict=True)), strict=True))
     named = {"topic": "scaling", **field.as_json()}
-    return Point(named, predictions(law.as_json()), columns(samples))
+    scene = shapes_digest(field.species)
+    return Point(named, predictions(law.as_json()), columns(samples), scene)
 
 
 def pierced_in_field(case: DepthCase, seed: int, index: int) -> list[int]:

@@ -7,9 +7,6 @@ import pytest
 from scipy import stats
 
 from bench.experiment import Topic
-from bench.experiments import figure as cases
-from bench.experiments import figure as claims
-from bench.experiments import figure as plots
 from bench.experiments.figure import (
     COUNTED,
     EVERYTHING,
@@ -22,6 +19,8 @@ from bench.experiments.figure import (
     Approach,
     Counted,
     Curve,
+    cases,
+    claims,
     counted,
     displayed_parts,
     exponent,
@@ -30,6 +29,7 @@ from bench.experiments.figure import (
     looked_from,
     no_smaller,
     object_of,
+    plots,
     rank_correlation,
     sized,
     tables,

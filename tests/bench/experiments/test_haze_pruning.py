@@ -15,8 +15,7 @@ from bench.images.compare import FLOOR, LEAST_PAIRS, mean_flip, one_sided_excess
 from lod.air import CLEAR
 from lod.pruner import prune
 from scenes.presets.load import load_preset
-from scenes.scene import assemble_frame, view_at
-from scenes.world.world import build_world
+from scenes.scene import Scene
 
 OPEN_FIELD = (
     "species.figure.density=0",
@@ -44,20 +43,16 @@ pytestmark = pytest.mark.slow
 
 
 @cache
-def preset_of(cut):
-    return load_preset("meadow", (*OPEN_FIELD, *CUTS[cut]))
-
-
-@cache
-def world():
-    return build_world(preset_of("blind"))
+def scene(cut):
+    preset = load_preset("meadow", (*OPEN_FIELD, *CUTS[cut]))
+    return Scene(preset) if cut == "blind" else scene("blind").with_preset(preset)
 
 
 @cache
 def frame(cut):
     from scenes.render.variants import choose
 
-    return assemble_frame(world(), preset_of(cut), 1, choose("auto"))
+    return scene(cut).input(1, choose("auto"))
 
 
 @cache
@@ -78,8 +73,8 @@ def displayed(cut, seed, clear=False):
 
 
 def larger_than_1m(cut):
-    (field,) = world().fields
-    parts = prune(field, view_at(world(), preset_of(cut), 1)).parts
+    (field,) = scene(cut).world.fields
+    parts = prune(field, scene(cut).view(1)).parts
     P = np.concatenate([tree.P for tree in field.prototypes.part_tables.hierarchies])
     return int(np.count_nonzero(P[parts.part] > 1.0))
 
@@ -94,7 +89,7 @@ def excess_of(cut):
 
 
 def test_the_detail_angle_is_the_same_and_more_than_half_of_the_large_parts_are_gone():
-    angles = [view_at(world(), preset_of(cut), 1).m for cut in ("aware", "blind")]
+    angles = [scene(cut).view(1).m for cut in ("aware", "blind")]
     assert angles[0] == angles[1]
     assert larger_than_1m("aware") < 0.5 * larger_than_1m("blind")
 
