@@ -122,11 +122,11 @@ def _fidelity_claims(points: Sequence[Point]) -> Iterable[Claim]:
     for (view,), chosen in grouped(where(points, what="sweep"), "view").items():
         found_by = _swept(chosen)
         ours = found_by["blake"]
-        for rival in found_by.values():
-            if rival is not ours and ours.found and rival.found:
-                estimand = f"parts at equal FLIP, blake ÷ {rival.metric}"
+        for other in found_by.values():
+            if other is not ours and ours.found and other.found:
+                estimand = f"parts at equal FLIP, blake ÷ {other.metric}"
                 where_ = {"view": view, "FLIP": _compared_at(view)}
-                yield _estimated(estimand, at_most(1), where_, ours.parts_over(rival))
+                yield _estimated(estimand, at_most(1), where_, ours.parts_over(other))
 
 
 def _compared_at(view: str) -> float:
@@ -226,7 +226,9 @@ def _pixel_claims(points: Sequence[Point]) -> Iterable[Claim]:
 
 
 def _colonnade_claims(points: Sequence[Point]) -> Iterable[Claim]:
-    blake, depth = (colonnade.columns_of(points, each) for each in (_BLAKE, _DEPTH))
+    blake, depth = (
+        colonnade.columns_of(points, each) for each in (colonnade.BLAKE, colonnade.DEPTH)
+    )
 
     def made(
         estimand: str, bound: Bound, found: Estimate, kind: Kind, headline: bool = False
@@ -259,8 +261,6 @@ def _colonnade_claims(points: Sequence[Point]) -> Iterable[Claim]:
 
 _CHECK: Kind = "verification"
 _DETAIL, _FILTER = "§2.4", "§2.1, §2.2"
-_BLAKE, _DEPTH = ("blake", 8.0), ("depth", 12.0)
-"""The metric and the detail of both cuts that are compared: they display about as many parts."""
 
 _CLAIMS: dict[str, Callable[[Sequence[Point]], Iterable[Claim]]] = {
     "fidelity": _fidelity_claims,
@@ -440,46 +440,6 @@ def _pixel_plots(points: Sequence[Point]) -> Iterable[Plot]:
         yield curves(f"pixels-{species}-{detail:g}", title, caption, axes, drawn)
 
 
-def _colonnade_plots(points: Sequence[Point]) -> Iterable[Plot]:
-    axis = "place of the column, to the right of the axis (m)"
-    row = colonnade.columns_of(points, _BLAKE)
-    x = [point.case["aside"] for point in row]
-    law = [colonnade.image_width(each) / colonnade.image_width(0.0) for each in x]
-    drawn = []
-    for label, name in (
-        ("width of the image", "shaft_mpx"),
-        ("area of the image", "pixels"),
-        ("solid angle", "solid_angle_usr"),
-    ):
-        sizes = np.array([point.values(name).mean() for point in row])
-        line = (x, law) if name == "shaft_mpx" else ([], [])
-        shares = (sizes / sizes[colonnade.MIDDLE]).tolist()
-        drawn.append(Curve(label, x, shares, line=line))
-    caption = (
-        "Equal columns in a row parallel to the picture plane, 12 m from the eye. To the side "
-        "their images grow and the solid angles that they subtend shrink: outermost ÷ middle is "
-        + ", ".join(f"{each.y[-1]:.2f} for the {each.label}" for each in drawn)
-        + ". Dashed: the width that perspective gives a shaft."
-    )
-    axes = axis, "÷ that of the middle column"
-    yield curves("sizes", "Leonardo's columns", caption, axes, drawn, ("linear", "log"))
-    drawn = []
-    for metric, detail in (_BLAKE, ("depth", 8.0), _DEPTH):
-        row = colonnade.columns_of(points, (metric, detail))
-        y = [
-            max(float(point.values("error_ppm", weight="image").mean()) / 1e6, _LEAST)
-            for point in row
-        ]
-        label = f"{metric}, {detail:g} px: {colonnade.parts_in(row):.0f} parts"
-        drawn.append(Curve(label, x, y))
-    caption = (
-        "Mean difference of luminance between the pruned and the unpruned picture, over the pixels "
-        f"of each column, as a share of its luminance. {_told(drawn)}."
-    )
-    axes = axis, "error in the image"
-    yield curves("errors", "Error by column", caption, axes, drawn, ("linear", "log"))
-
-
 def _file(name: str) -> str:
     return name.lower().replace(" ", "-")
 
@@ -490,7 +450,7 @@ _PLOTS: dict[str, Callable[[Sequence[Point]], Iterable[Plot]]] = {
     "cover": _cover_plots,
     "spectrum": _spectrum_plots,
     "pixels": _pixel_plots,
-    "colonnade": _colonnade_plots,
+    "colonnade": colonnade.plots,
 }
 
 _SIX_PLACES = (

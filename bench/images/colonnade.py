@@ -10,7 +10,7 @@ angle that each subtends at the eye.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float64
 
+from bench.plots import Curve, Plot, curves
 from bench.records.records import Column, Point, columns, where
 from bench.statistics.estimates import Estimate, two_sided_mean
 from lod.air import CLEAR
@@ -193,6 +194,9 @@ def errors(pruned: np.ndarray, whole: np.ndarray, owner: np.ndarray) -> dict[str
     return made
 
 
+BLAKE, DEPTH = ("blake", 8.0), ("depth", 12.0)
+"""The metric and the detail of both cuts that are compared: they display about as many parts."""
+
 MIDDLE, OUTER = COUNT // 2, (0, COUNT - 1)
 """Numbers of the middle column, and of both ends."""
 
@@ -224,3 +228,47 @@ def mean_error(row: Sequence[Point], weight: str) -> np.ndarray:
     size = "solid_angle_usr" if weight == "eye" else "pixels"
     error = np.array([point.values("error_ppm", weight=weight) for point in row])
     return np.average(error, axis=0, weights=np.array([p.values(size) for p in row]))
+
+
+def plots(points: Sequence[Point]) -> Iterator[Plot]:
+    """Draw sizes, then errors at 8 px by both metrics and by depth with as many parts."""
+    axis = "place of the column, to the right of the axis (m)"
+    row = columns_of(points, BLAKE)
+    x = [point.case["aside"] for point in row]
+    law = [image_width(each) / image_width(0.0) for each in x]
+    drawn = []
+    for label, name in (
+        ("width of the image", "shaft_mpx"),
+        ("area of the image", "pixels"),
+        ("solid angle", "solid_angle_usr"),
+    ):
+        sizes = np.array([point.values(name).mean() for point in row])
+        line = (x, law) if name == "shaft_mpx" else ([], [])
+        shares = (sizes / sizes[MIDDLE]).tolist()
+        drawn.append(Curve(label, x, shares, line=line))
+    caption = (
+        "Equal columns in a row parallel to the picture plane, 12 m from the eye. To the side "
+        "their images grow and the solid angles that they subtend shrink: outermost ÷ middle is "
+        + ", ".join(f"{each.y[-1]:.2f} for the {each.label}" for each in drawn)
+        + ". Dashed: the width that perspective gives a shaft."
+    )
+    axes = axis, "÷ that of the middle column"
+    yield curves("sizes", "Leonardo's columns", caption, axes, drawn, ("linear", "log"))
+    drawn = []
+    for metric, detail in (BLAKE, ("depth", 8.0), DEPTH):
+        row = columns_of(points, (metric, detail))
+        y = [
+            max(float(point.values("error_ppm", weight="image").mean()) / 1e6, 1e-4)
+            for point in row
+        ]
+        label = f"{metric}, {detail:g} px: {parts_in(row):.0f} parts"
+        drawn.append(Curve(label, x, y))
+    told = "; ".join(
+        f"{c.label}, {c.y[MIDDLE]:.3f} in the middle, {c.y[-1]:.3f} at the end" for c in drawn
+    )
+    caption = (
+        "Mean difference of luminance between the pruned and the unpruned picture, over the pixels "
+        f"of each column, as a share of its luminance: {told}."
+    )
+    axes = axis, "error in the image"
+    yield curves("errors", "Error by column", caption, axes, drawn, ("linear", "log"))

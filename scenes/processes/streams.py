@@ -3,9 +3,8 @@
 A process that is started without one of them (``2>&-``) would give its number to the next file that
 it opens, and a library's warning would then be written into a frame. A full disk behind stdout, or
 a reader that goes away, is no reason to stop rendering: what cannot be written is lost, and
-remembered, for whoever ends the program to say so.
-
-What a child process does first: it ends with its parent, and keeps its answers from chatter.
+remembered, for whoever ends the program to say so. A child process ends with its parent, and keeps
+its answers from chatter.
 """
 
 import contextlib

@@ -1,6 +1,6 @@
-"""A camera that sees all round, equirectangular; the renderer has none of its own.
+"""From a plain description to a Mitsuba scene and its cameras, in whatever variant is set.
 
-From a plain description to a Mitsuba scene, in whatever variant is set.
+The renderer has no camera that sees all round: ``PanoramaSensor`` is one, equirectangular.
 """
 
 import gc
@@ -15,7 +15,6 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from lod.camera import ThinLens
 from scenes.render.description import MEDIUM, Description
 from scenes.render.light import load_plugin, sun, surroundings, variant_bands
 from scenes.render.shapes import file_shape, make_shape, stabilise_kernels
@@ -125,7 +124,13 @@ def build_scene(description: Description) -> BuiltScene:
     scalar = str(mi.variant()).startswith("scalar_")
     lights = {"sky": surroundings(description["light"]), "sun": sun(description["light"])}
     if box := description.get(MEDIUM):
-        medium = _medium(box)
+        plan = {
+            "type": "homogeneous",
+            "sigma_t": {"type": "rgb", "value": box["beta"].tolist()},
+            "albedo": {"type": "rgb", "value": [box["albedo"]] * 3},
+            "phase": {"type": "hg", "g": box["asymmetry"]},
+        }
+        medium = load_plugin(plan)
         contents[MEDIUM] = _box(box, medium)
     with tempfile.TemporaryDirectory() as folder:
         stub = Path(folder) / "stub.txt"
@@ -138,27 +143,21 @@ def build_scene(description: Description) -> BuiltScene:
                 file_shape(name, shape, Path(folder)) if scalar else make_shape(name, shape, stub)
             )
         scene = load_plugin({"type": "scene", **lights, **contents})
-    names = ("", *contents) if scalar else _names(scene)
+    names = ["", *contents]
+    if not scalar:
+        # A JIT variant numbers all shapes that there are, those of other scenes as well.
+        numbers = np.array(dr.reinterpret_array(mi.UInt32, scene.shapes_dr())).tolist()
+        found = dict(zip(numbers, [shape.id() for shape in scene.shapes()], strict=True))
+        names = [found.get(number, "") for number in range(max(found) + 1)]
     owned = tuple(owners.get(name, np.zeros(0, np.uint32)) for name in names)
     kept, integrators = {**description, "shapes": moving}, _integrators(description)
-    _ALIVE.add(built := BuiltScene(scene, kept, integrators, names, ids, owned, medium))
+    _ALIVE.add(built := BuiltScene(scene, kept, integrators, tuple(names), ids, owned, medium))
     return built
 
 
 def flush_memory() -> None:
     """Give back the memory that the renderer keeps for its next samples."""
     dr.flush_malloc_cache()
-
-
-def _names(scene: Any) -> tuple[str, ...]:
-    """Names of the shapes by the numbers that hits in a JIT variant have of them.
-
-    It numbers all shapes that there are, those of other scenes as well.
-    """
-    names = [shape.id() for shape in scene.shapes()]
-    numbers = np.array(dr.reinterpret_array(mi.UInt32, scene.shapes_dr()))
-    found = dict(zip(numbers.tolist(), names, strict=True))
-    return tuple(found.get(number, "") for number in range(max(found) + 1))
 
 
 def sensor(
@@ -181,9 +180,17 @@ def sensor(
     top, bottom = rows or (0, height)
     eye, forward, up = (camera[name].tolist() for name in ("eye", "forward", "up"))
     target = [e + f for e, f in zip(eye, forward, strict=True)]
+    lens: Description = {"type": "perspective"}
+    if opening := camera["lens"]:
+        radius = opening.diameter_m / 2
+        lens = {
+            "type": "thinlens",
+            "aperture_radius": radius,
+            "focus_distance": opening.focus_m,
+        }
     return load_plugin(
         {
-            **_lens(camera["lens"]),
+            **lens,
             "fov": camera["fov_x_deg"],
             "fov_axis": "x",
             "near_clip": camera["clip"][0],
@@ -207,13 +214,6 @@ def sensor(
 def pinhole(camera: Description) -> Description:
     """Describe the same camera with everything sharp: rays go through the centre of its lens."""
     return {**camera, "lens": None}
-
-
-def _lens(lens: ThinLens | None) -> Description:
-    if lens is None:
-        return {"type": "perspective"}
-    radius = lens.diameter_m / 2
-    return {"type": "thinlens", "aperture_radius": radius, "focus_distance": lens.focus_m}
 
 
 def _responses() -> Description:
@@ -245,17 +245,6 @@ def _integrators(description: Description) -> dict[str, Any]:
         "medium": {**image, "type": "volpath", "max_depth": ORDERS, "rr_depth": ORDERS // 4},
     }
     return {name: load_plugin(plan) for name, plan in plans.items()}
-
-
-def _medium(box: Description) -> Any:
-    return load_plugin(
-        {
-            "type": "homogeneous",
-            "sigma_t": {"type": "rgb", "value": box["beta"].tolist()},
-            "albedo": {"type": "rgb", "value": [box["albedo"]] * 3},
-            "phase": {"type": "hg", "g": box["asymmetry"]},
-        }
-    )
 
 
 def _box(box: Description, medium: Any) -> Any:

@@ -1,30 +1,21 @@
-"""What a scene description is: plain data that any renderer could read.
+"""A frame as plain data: nested dicts of numbers and arrays, checked, before any renderer sees it.
 
-Sticks of every representation as chains of points with radii, batched for curve shapes.
+Sticks become chains of points with radii, batched for curve shapes, whichever representation they
+come from. A batch is what one curve shape holds: the sticks of one tint, or those of all tints with
+a table of their albedos. JIT variants want the latter: Embree's leaves hold up to eight curves of
+one shape, and where tints lie among each other, as a tree's do, a shape for each tint leaves most
+of those places empty: three times the memory, and slower to build and to trace. Triangles become
+one mesh for each representation. Object ids are the frame's own: 0 is the sky, and each
+representation has a range of its own, from 1 up.
 
-A batch is what one curve shape holds: the sticks of one tint, or those of all tints with a table of
-their albedos. JIT variants want the latter: Embree's leaves hold up to eight curves of one shape,
-and where tints lie among each other, as a tree's do, a shape for each tint leaves most of those
-places empty: three times the memory, and slower to build and to trace.
-
-Haze as a medium that scatters light: the physical reference for the closed forms of haze.
-
-A homogeneous medium fills a finite box with the scene and the eye in it, from ``DEPTH_M`` below
-all that is displayed to ``HEIGHT_M`` above it, wide enough that nothing shows beyond (T < 2e-7).
-It scatters by Henyey & Greenstein's phase function (Astrophys. J. 93, 1941). Its asymmetry and
-albedo are those of clean continental air at 550 nm, all bands alike (OPAC: Hess, Koepke & Schult,
-Bull. Amer. Meteor. Soc. 79, 1998, table 4).
-
-Sun and sky light the box from without, and the model of the sky holds a whole atmosphere already.
-So the box is a thin layer below it: the higher, the more light it takes from the ground twice. The
-sun's disc is not drawn. Slower and noisier than the closed forms: for comparison.
-
-A frame as plain data: nested dicts of numbers and arrays, checked, before any renderer sees it.
-
-Sticks become batched curve shapes, whichever representation they come from: one for each tint, or
-one for all where a JIT variant renders in colours. Triangles become one mesh for each
-representation. Object ids are the frame's own: 0 is the sky, and each representation has a range of
-its own, from 1 up.
+With ``--haze medium`` a homogeneous medium, the physical reference for the closed forms of haze,
+fills a finite box with the scene and the eye in it, from ``DEPTH_M`` below all that is displayed to
+``HEIGHT_M`` above it, wide enough that nothing shows beyond (T < 2e-7). It scatters by Henyey &
+Greenstein's phase function (Astrophys. J. 93, 1941). Its asymmetry and albedo are those of clean
+continental air at 550 nm, all bands alike (OPAC: Hess, Koepke & Schult, Bull. Amer. Meteor. Soc.
+79, 1998, table 4). Sun and sky light the box from without, and the model of the sky holds a whole
+atmosphere already, so the box is a thin layer below it: the higher, the more light it takes from
+the ground twice. The sun's disc is not drawn.
 """
 
 import math
@@ -107,11 +98,14 @@ def batches(
     """
     if not placed:
         return
-    tints, numbers = _shared_tints([each.sticks for each in placed])
+    own = [each.sticks.tints for each in placed]
+    tints, numbers = np.unique(np.concatenate(own), axis=0, return_inverse=True)
+    number_of = np.split(numbers.reshape(-1), np.cumsum([len(each) for each in own])[:-1])
+    columns = [_Columns(*(getattr(p.sticks, k) for k in _Columns._fields)) for p in placed]
     count = np.zeros((2, len(tints)), np.int64)
     last = np.zeros((len(tints), 4), np.float32)
-    for each, number in zip(placed, numbers, strict=True):
-        _count(_columns(each.sticks), number, count, last)
+    for each, number in zip(columns, number_of, strict=True):
+        _count(each, number, count, last)
     # Tints lie side by side, in exactly the room that their sticks and points take.
     rows = np.append(0, np.cumsum(count[0]))
     laid = np.stack((rows[:-1], np.cumsum(count[1]) - count[1]))
@@ -121,13 +115,38 @@ def batches(
     moving = any(each.later is not None for each in placed)
     moves = np.zeros((len(owners), 2, 3), np.float32) if moving else None
     room = _Room(points, segments, owners)
-    for each, number in zip(placed, numbers, strict=True):
-        place = _lay(_columns(each.sticks), number, each.first_row, begin, laid, room)
+    for each, own_columns, number in zip(placed, columns, number_of, strict=True):
+        place = _lay(own_columns, number, each.first_row, begin, laid, room)
         if moves is not None and each.later is not None:
             moves[place, 0] = each.later.start - each.sticks.start
             moves[place, 1] = each.later.end - each.sticks.end
     for group in _groups(rows, by_tint, most_segments):
-        yield _batch(tints, group, room, moves)
+        (first_tint, first, _), (last_tint, _, end) = group[0], group[-1]
+        chain = segments[first:end]
+        low, high = (int(chain[0]), int(chain[-1]) + 2) if len(chain) else (0, 0)
+        some = moves is not None and moves[first:end].any()
+        yield Batch(
+            tints=tints[first_tint : last_tint + 1],
+            counts=np.array([end - begin for _, begin, end in group]),
+            points=points[low:high],
+            segments=chain - np.uint32(low) if low else chain,
+            owners=owners[first:end],
+            moves=moves[first:end] if moves is not None and some else None,
+        )
+
+
+def _groups(rows: np.ndarray, by_tint: bool, most: int) -> Iterator[list[tuple[int, int, int]]]:
+    """Pieces (tint, first row, one past its last) of each batch; tint k's rows begin at rows[k]."""
+    group: list[tuple[int, int, int]] = []
+    for tint, (first, last) in enumerate(zip(rows[:-1].tolist(), rows[1:].tolist(), strict=True)):
+        for begin in range(first, max(last, first + 1), most):
+            end = min(begin + most, last)
+            if group and (by_tint or end - group[0][1] > most):
+                yield group
+                group = []
+            group.append((tint, begin, end))
+    if group:
+        yield group
 
 
 def aligned(shape: tuple[int, ...]) -> np.ndarray:
@@ -158,63 +177,6 @@ class _Room(NamedTuple):
     owners: Any
 
 
-class _Piece(NamedTuple):
-    """Sticks of one tint that are in one batch: rows from ``begin`` to before ``end``."""
-
-    tint: int
-    begin: int
-    end: int
-
-
-def _columns(sticks: Sticks) -> _Columns:
-    return _Columns(
-        sticks.start,
-        sticks.end,
-        sticks.start_radius,
-        sticks.end_radius,
-        sticks.tint,
-        sticks.owner,
-    )
-
-
-def _groups(rows: np.ndarray, by_tint: bool, most: int) -> Iterator[list[_Piece]]:
-    """What each batch holds: the pieces of tints whose rows begin at ``rows`` (k + 1,)."""
-    group: list[_Piece] = []
-    for tint, (first, last) in enumerate(zip(rows[:-1].tolist(), rows[1:].tolist(), strict=True)):
-        for begin in range(first, max(last, first + 1), most):
-            piece = _Piece(tint, begin, min(begin + most, last))
-            if group and (by_tint or piece.end - group[0].begin > most):
-                yield group
-                group = []
-            group.append(piece)
-    if group:
-        yield group
-
-
-def _batch(tints: np.ndarray, group: list[_Piece], room: _Room, moves: np.ndarray | None) -> Batch:
-    """The rows of a group of pieces, which lie side by side, as a batch."""
-    rows = slice(group[0].begin, group[-1].end)
-    own = room.segments[rows]
-    low, high = (int(own[0]), int(own[-1]) + 2) if len(own) else (0, 0)
-    some = moves is not None and moves[rows].any()
-    return Batch(
-        tints=tints[group[0].tint : group[-1].tint + 1],
-        counts=np.array([each.end - each.begin for each in group]),
-        points=room.points[low:high],
-        segments=own - np.uint32(low) if low else own,
-        owners=room.owners[rows],
-        moves=moves[rows] if moves is not None and some else None,
-    )
-
-
-def _shared_tints(shapes: Sequence[Sticks]) -> tuple[np.ndarray, list[np.ndarray]]:
-    """The distinct tints of all shapes (k, 3), and for each shape the one of each of its own."""
-    table = np.concatenate([shape.tints for shape in shapes])
-    distinct, number = np.unique(table, axis=0, return_inverse=True)
-    ends = np.cumsum([len(shape.tints) for shape in shapes])
-    return distinct, np.split(number.reshape(-1), ends[:-1])
-
-
 @njit(cache=True)
 def _ends(sticks, m):  # type: ignore[no-untyped-def]
     """Both ends of a stick, each x, y, z and radius; none is too short for the renderer."""
@@ -231,13 +193,8 @@ def _ends(sticks, m):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def _continues(point, first):  # type: ignore[no-untyped-def]
-    """Whether a stick starts where the last one ended, with the same radius."""
-    return (
-        point[0] == first[0]
-        and point[1] == first[1]
-        and point[2] == first[2]
-        and (point[3] == first[3])
-    )
+    same = point[0] == first[0] and point[1] == first[1] and point[2] == first[2]
+    return same and point[3] == first[3]
 
 
 @njit(cache=True)
@@ -311,20 +268,18 @@ def with_medium(description: Description, air: Air) -> Description:
 
 def extent(description: Description) -> tuple[float, float, float]:
     """Bottom and top of the box, and the greatest coordinate of anything in it [m]."""
-    points = [description["camera"]["eye"][None], *map(_points, description["shapes"].values())]
-    present = [each for each in points if len(each)]
+    present = [description["camera"]["eye"][None]]
+    for shape in description["shapes"].values():
+        if shape["type"] == "mesh":
+            present.append(shape["vertices"])
+        else:
+            centres, radii = shape["control_points"][:, :3], shape["control_points"][:, 3:]
+            present += [centres - radii, centres + radii]
+    present = [each for each in present if len(each)]
     lowest = min(float(each[:, 2].min()) for each in present)
     highest = max(float(each[:, 2].max()) for each in present)
     reach = max(float(np.abs(each).max()) for each in present)
     return lowest - DEPTH_M, highest + HEIGHT_M, reach
-
-
-def _points(shape: Description) -> np.ndarray:
-    """Where a shape is, (n, 3), radii included."""
-    if shape["type"] == "mesh":
-        return shape["vertices"]
-    centres, radii = shape["control_points"][:, :3], shape["control_points"][:, 3:]
-    return np.concatenate((centres - radii, centres + radii))
 
 
 NEAR_M, FAR_M = 0.05, 1e7
@@ -355,7 +310,8 @@ def describe_frame(frame_input: FrameInput) -> Description:
     placed = []
     first = np.cumsum([1] + [len(each.cut) for each in displayed])[:-1].tolist()
     for each, row in zip(displayed, first, strict=True):
-        _check(each)
+        for shape in batches_of(each.shape):
+            _check(each, shape)
         later = (None, None) if each.later is None else (*batches_of(each.later), None)
         for shape, then in zip(batches_of(each.shape), later, strict=False):
             if isinstance(shape, Sticks):
@@ -369,7 +325,13 @@ def describe_frame(frame_input: FrameInput) -> Description:
     by_tint = not quality.is_jit or quality.is_spectral
     for number, batch in enumerate(batches(placed, by_tint), len(shapes) if by_tint else 0):
         name = f"sticks{number:03d}"
-        shapes[name], owners[name] = _curve(batch, by_tint), batch.owners
+        if by_tint:
+            colour = {"albedo": batch.tints[0]}
+        else:
+            tint = np.repeat(np.arange(len(batch.counts), dtype=np.uint32), batch.counts)
+            colour = {"tints": batch.tints, "tint": tint}
+        curve = {"control_points": batch.points, "segment_indices": batch.segments, **colour}
+        shapes[name], owners[name] = {"type": "linearcurve", **curve}, batch.owners
         if batch.moves is not None:
             moves[name] = batch.moves
     camera, after = frame_input.camera, frame_input.after
@@ -414,39 +376,23 @@ def _camera(camera: Camera, corner: Corner) -> Description:
     }
 
 
-def _curve(batch: Batch, by_tint: bool) -> Description:
-    """A curve of one albedo, or with the number of each segment's own in a table of albedos."""
-    numbers = np.arange(len(batch.counts), dtype=np.uint32)
-    colour = {"tints": batch.tints, "tint": np.repeat(numbers, batch.counts)}
-    return {
-        "type": "linearcurve",
-        "control_points": batch.points,
-        "segment_indices": batch.segments,
-        **({"albedo": batch.tints[0]} if by_tint else colour),
-    }
-
-
 def _meshes(triangles: Triangles) -> Iterator[tuple[Description, np.ndarray | slice]]:
     """A mesh of all faces, or one of each radiance, and which faces are in it."""
+
+    def mesh(corners: np.ndarray | slice, faces: np.ndarray) -> Description:
+        columns = ("vertices", "normals", "colours")
+        arrays = {k: getattr(triangles, k)[corners].astype(np.float32) for k in columns}
+        return {"type": "mesh", **arrays, "faces": faces.astype(np.uint32)}
+
     if not len(triangles.glows):
         if len(triangles):
-            yield _mesh(triangles, slice(None), triangles.faces), slice(None)
+            yield mesh(slice(None), triangles.faces), slice(None)
         return
     for number, glow in enumerate(triangles.glows):
         rows = np.flatnonzero(triangles.glow == number)
         if len(rows):
             corners, faces = np.unique(triangles.faces[rows], return_inverse=True)
-            yield {**_mesh(triangles, corners, faces.reshape(-1, 3)), "glow": glow}, rows
-
-
-def _mesh(triangles: Triangles, corners: np.ndarray | slice, faces: np.ndarray) -> Description:
-    return {
-        "type": "mesh",
-        "vertices": triangles.vertices[corners].astype(np.float32),
-        "normals": triangles.normals[corners].astype(np.float32),
-        "colours": triangles.colours[corners].astype(np.float32),
-        "faces": faces.astype(np.uint32),
-    }
+            yield {**mesh(corners, faces.reshape(-1, 3)), "glow": glow}, rows
 
 
 def _global_ids(visible: Sequence[DisplayedRepresentation]) -> np.ndarray:
@@ -471,13 +417,8 @@ def object_ids(cuts: Sequence[Cut]) -> list[int]:
     return firsts[:-1]
 
 
-def _check(v: DisplayedRepresentation) -> None:
+def _check(v: DisplayedRepresentation, shape: Sticks | Triangles) -> None:
     """Refuse what the renderer would accept silently: NaN, rows that are not there, albedo > 1."""
-    for shape in batches_of(v.shape):
-        _check_batch(v, shape)
-
-
-def _check_batch(v: DisplayedRepresentation, shape: Sticks | Triangles) -> None:
     parts = len(v.cut)
     if isinstance(shape, Sticks):
         numbers = {k: getattr(shape, k) for k in ("start", "end", "start_radius", "end_radius")}

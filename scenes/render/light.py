@@ -1,15 +1,9 @@
-"""The renderer's plugins, made so that compiled code is the same every time.
+"""Sun, sky and horizon of a frame, as Mitsuba's emitters and as radiance by direction and band.
 
-Radiance by direction in tables: rows by elevation, columns clockwise from north, evenly.
-
-The bands in which a variant renders, and how they make linear Rec.709.
-
-An _rgb variant has three, each with an effective wavelength; a _spectral variant has as many as
-``EDGES_NM`` leaves room for, and each holds the integral of the radiance over it.
-
-Sun and sky of a frame, as Mitsuba's emitters and as numbers, in whatever variant is set.
-
-Airlight from the horizon: the sky's own radiance there, so that land fades into the sky.
+An _rgb variant renders in three bands, each with an effective wavelength; a _spectral variant in as
+many as ``EDGES_NM`` leaves room for, and each holds the integral of the radiance over it. Tables of
+radiance have rows by elevation and columns clockwise from north, evenly. The airlight of analytic
+haze is the sky's own radiance at the horizon, so that land fades into the sky.
 """
 
 from dataclasses import dataclass

@@ -1,22 +1,11 @@
-"""How scene light becomes a picture for people: exposure, a named tone curve, and sRGB.
+"""Pictures and films of frames for people: exposure, a named tone curve, sRGB, PNG and mp4.
 
-The encoding is colour-science's. Pictures are for looking at; measure the EXR.
-
-What previews show of a frame: its light, or the detail level of what each pixel meets.
-
-Colours of levels run from dark to light through viridis (Smith & van der Walt 2015), which the
-colour-blind read too, and are shaded a little by the normal, for the shape to show. Every level is
-that of one sample of the pixel. The legend below names those that are in the picture.
-
-PNG pictures of frames: one frame, or a sheet of a sequence with its frame numbers.
-
-A sequence as an mp4, where ffmpeg is there: that of imageio-ffmpeg, or one on the PATH.
-
-A denoised picture beside the raw one: for looking at, never to be measured.
-
-Open Image Denoise by way of ``mitsuba-oidn`` (the extra ``denoise``), guided by albedo and normals.
-It wants samples that a pixel shares with no other, as the box filter has them. The only file that
-imports it.
+The encoding is colour-science's. Pictures are for looking at; measure the EXR. A preview shows a
+frame's light, or the detail level of what each pixel meets: colours of levels run from dark to
+light through viridis (Smith & van der Walt 2015), which the colour-blind read too, shaded a little
+by the normal, for the shape to show. A film is made where ffmpeg is there: that of imageio-ffmpeg,
+or one on the PATH. A denoised picture comes by Open Image Denoise by way of ``mitsuba-oidn`` (the
+extra ``denoise``), guided by albedo and normals; it is never to be measured.
 """
 
 import contextlib
@@ -125,7 +114,7 @@ _VIRIDIS = np.array(
     ((68, 1, 84), (59, 82, 139), (33, 145, 140), (94, 201, 98), (253, 231, 37)), np.float64
 )
 _FROM = np.array((-0.4, -0.6, 0.7))
-_DARKEST_level_view = 0.7
+_LEAST_SHADE = 0.7
 _PAPER, _INK = (24, 24, 26), (220, 220, 220)
 
 
@@ -148,7 +137,7 @@ def level_pixels(layers: Layers) -> np.ndarray:
     """Colour a frame by level, with a legend in its lowest rows, 8-bit sRGB, (h, w, 3)."""
     colours = level_colours()[np.minimum(layers.level.astype(np.int64), LEVELS - 1)]
     facing = np.clip(layers.N @ (_FROM / np.linalg.norm(_FROM)), 0.0, 1.0)
-    shaded = colours * (_DARKEST_level_view + (1 - _DARKEST_level_view) * facing)[..., None]
+    shaded = colours * (_LEAST_SHADE + (1 - _LEAST_SHADE) * facing)[..., None]
     met = layers.object > 0
     picture = np.where(met[..., None], np.rint(shaded), SKY).astype(np.uint8)
     return _with_legend(picture, int(layers.level[met].max(initial=0)))

@@ -1,16 +1,12 @@
-"""The stages of a frame in the renderer: described, built and traced, with the time of each.
+"""One frame from its input to its layers: described, built and traced, with the time of each stage.
 
-Motion blur: a frame rendered as the mean of sub-frames spread evenly over the open shutter.
-
-scenes/scene.py makes the inputs of the sub-frames; here they are rendered and averaged.
-Taken in the middles of N equal times, they spread what moves by L over N places: the variance of
+A frame whose shutter is open is the mean of sub-frames spread evenly over that time. Taken in the
+middles of N equal times, they spread what moves by L over N places: the variance of
 its profile grows by L²/12·(1 − 1/N²), that of a box where N → ∞. Sub-frame i of frame f is rendered
 whole, haze included, with its share of the samples and the seed ``sampler_seed(seed, f, i)``.
 Colour, albedo and coverage are means over all samples; Z, N, ids and motion are those of sub-frame
 N // 2.
 Where only the camera moves and haze is analytic, the scene is built once; otherwise once for each.
-
-One frame from its input to its layers.
 """
 
 import time

@@ -1,21 +1,15 @@
-"""The ground's height around the eye by azimuth and distance, from the displayed meshes.
-
-The integral of the light that the air adds along lines of sight, over uneven ground.
-
-The source term of the air is known by the height above the ground, for a few heights of the ground
-itself; along a line it is taken from the ground below, and the equation of transfer is summed from
-step to step, exact where the source is a line in optical depth between them.
-
-Light in a layer of scattering air, in closed form along each line of sight (--haze scattered).
+"""Light in a layer of scattering air, in closed form along each line of sight (--haze scattered).
 
 The layer is the air of the reference, a medium in the scene: it reaches from the ground to the top
-of the medium's box, or several scale heights above the base of mist. lod.plane_parallel
-solves for its light over flat ground, on which the field's species are a turbid medium
-(lod.canopy). Along a line of sight the light is that of the same height above the
-ground of the displayed meshes. The solution gives three things: the airlight in every direction up
-to every distance; the sky as it appears from the eye; and the light that reaches the ground, the
-sun's and that of layer and sky together. Two things are neglected: where each object stands (its
-shade is that of the mean stand), and that hills shade and light the air beside them.
+of the medium's box, or several scale heights above the base of mist. lod.plane_parallel solves for
+its light over flat ground, on which the field's species are a turbid medium. Along a line of sight
+the light is that of the same height above the ground of the displayed meshes, whose profile about
+the eye is known by azimuth and distance; the equation of transfer is summed from step to step,
+exact where the source is a line in optical depth between them. The solution gives three things: the
+airlight in every direction up to every distance; the sky as it appears from the eye; and the light
+that reaches the ground, the sun's and that of layer and sky together. Two things are neglected:
+where each object stands (its shade is that of the mean stand), and that hills shade and light the
+air beside them.
 """
 
 from collections.abc import Callable
@@ -55,13 +49,6 @@ DISTANCES_M = np.concatenate(([0.0], np.geomspace(5.0, 4e4, 24)))
 
 Profile = Float64[np.ndarray, "spokes distances"]
 """Heights [m], at SPOKES azimuths clockwise from north and at DISTANCES_M."""
-
-
-def ground_points(description: Description) -> np.ndarray | None:
-    """Collect the vertices of all meshes that give no light, (n, 3); None where there are none."""
-    meshes = [s for s in description["shapes"].values() if s["type"] == "mesh" and "glow" not in s]
-    points = [each["vertices"] for each in meshes]
-    return np.concatenate(points).astype(np.float64) if points else None
 
 
 def ground_profile(points: np.ndarray, eye: np.ndarray) -> Profile:
@@ -195,6 +182,8 @@ _STEPS = 7
 _MIST_SCALES = 4.0
 _ROWS = 65
 _SKY_ROWS, _SKY_COLUMNS = 96, 144
+_SKY_SINES = np.clip(np.linspace(0, 1, _SKY_ROWS) ** 2, 1e-5, 1.0)
+"""Sines of elevation of the rows of the table of the sky, the lowest just above the horizon."""
 
 _GROUNDS = (2.0, 50.0, 98.0)
 """Percentiles of the ground's height for which the layer is solved; between them the light is
@@ -225,13 +214,10 @@ class ScatteringLayer:
 
 
 def with_scattering_layer(description: Description, air: Air) -> Description:
-    """Light a description through the air: add a ScatteringLayer to its light."""
-    layer = make_scattering_layer(description, air)
-    return {**description, "light": {**description["light"], "scattering_layer": layer}}
+    """Light a description through the air: add a ScatteringLayer to its light.
 
-
-def make_scattering_layer(description: Description, air: Air) -> ScatteringLayer:
-    """Solve the layer of a frame that is not built yet, in the variant that is set."""
+    The frame is not built yet; the variant is the one that is set.
+    """
     light, place = description["light"], description["camera"]["eye"]
     profile, mean, top = _reach(description, air)
     eye = float(place[2])
@@ -243,13 +229,14 @@ def make_scattering_layer(description: Description, air: Air) -> ScatteringLayer
     lines = Lines(eye, np.sign(root) * root**2, around)
     sky = sky_radiance(light, _sky_directions().reshape(-1, 3))
     sky = sky.reshape(_SKY_ROWS, _SKY_COLUMNS, -1)
-    return ScatteringLayer(
+    layer = ScatteringLayer(
         airlight_table=gather(sources, lines, air, variant_bands().wavelengths, ends).source,
-        sky_from_eye=_sky_through_layer(sky, sources, Lines(eye, _sky_sines(), around), air, top),
-        sky_from_ground=_sky_through_layer(sky, sources, Lines(mean, _sky_sines(), flat), air, top),
+        sky_from_eye=_sky_through_layer(sky, sources, Lines(eye, _SKY_SINES, around), air, top),
+        sky_from_ground=_sky_through_layer(sky, sources, Lines(mean, _SKY_SINES, flat), air, top),
         sun_to_ground=_sun_left(light["to_sun"], air, mean, top),
         sun_to_eye=_sun_left(light["to_sun"], air, eye, top),
     )
+    return {**description, "light": {**light, "scattering_layer": layer}}
 
 
 def _reach(description: Description, air: Air) -> tuple[Profile, float, float]:
@@ -258,9 +245,9 @@ def _reach(description: Description, air: Air) -> tuple[Profile, float, float]:
     The eye stands above the mean and below the top.
     """
     eye, (bottom, top, _) = description["camera"]["eye"], extent(description)
-    points = ground_points(description)
-    if points is None:
-        points = np.array([[*eye[:2], bottom]])
+    meshes = [s for s in description["shapes"].values() if s["type"] == "mesh" and "glow" not in s]
+    points = np.concatenate([s["vertices"] for s in meshes] or [[[*eye[:2], bottom]]])
+    points = points.astype(np.float64)
     if air.mist is not None:
         top = max(top, air.mist.base_m + _MIST_SCALES * air.mist.scale_m)
     profile = ground_profile(points, eye)
@@ -287,6 +274,7 @@ def _slab_inputs(description: Description, air: Air, ground: float, top: float) 
     free = np.linspace(ground + canopy.top_m, top, _STEPS + 1)
     height = np.concatenate((ground + canopy.height, free[1:]))
     step = np.diff(height)
+    meshes = [s["colours"] for s in description["shapes"].values() if s["type"] == "mesh"]
     return SlabInputs(
         height=height,
         depth=optical_depth(air, height[:-1], height[1:], step, variant_bands().wavelengths),
@@ -294,25 +282,14 @@ def _slab_inputs(description: Description, air: Air, ground: float, top: float) 
         to_sun=light["to_sun"],
         sun=sun_irradiance(light),
         sky=sky_radiance(light, way.reshape(-1, 3)).reshape(RINGS // 2, SPOKES, -1),
-        ground=_ground_albedo(description),
+        ground=np.concatenate(meshes).mean(axis=0) if meshes else np.zeros(3),
         plants=canopy.albedo,
     )
 
 
-def _ground_albedo(description: Description) -> np.ndarray:
-    """Mean colour of the vertices of all meshes, (3,); black where there is none."""
-    meshes = [s["colours"] for s in description["shapes"].values() if s["type"] == "mesh"]
-    return np.concatenate(meshes).mean(axis=0) if meshes else np.zeros(3)
-
-
-def _sky_sines() -> np.ndarray:
-    """Sines of elevation of the rows of the table of the sky, the lowest just above the horizon."""
-    return np.clip(np.linspace(0, 1, _SKY_ROWS) ** 2, 1e-5, 1.0)
-
-
 def _sky_directions() -> np.ndarray:
     """Directions of the entries of the table of the sky, (rows, columns, 3)."""
-    up = _sky_sines()
+    up = _SKY_SINES
     turn = np.arange(_SKY_COLUMNS) / _SKY_COLUMNS * 2 * np.pi
     horizontal = np.sqrt(1 - up**2)[:, None]
     z = np.broadcast_to(up[:, None], (_SKY_ROWS, _SKY_COLUMNS))

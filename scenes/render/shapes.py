@@ -1,7 +1,4 @@
-"""A Mitsuba texture that colours each segment of a curve shape by a table of albedos.
-
-Shapes of a description as the renderer's own, whose code is the same from frame to frame.
-"""
+"""Shapes of a description as the renderer's own, whose code is the same from frame to frame."""
 
 from functools import lru_cache
 from pathlib import Path

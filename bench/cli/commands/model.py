@@ -1,7 +1,4 @@
-"""`lodbench model`: other people's models as species of a field.
-
-A model shown down to each of its levels, in light and in the colours of the levels.
-"""
+"""`lodbench model`: other people's models as species of a field, shown down to each level."""
 
 from dataclasses import replace
 from pathlib import Path

@@ -1,9 +1,8 @@
-"""How samples are shared out: exact counts, in groups that keep their strata.
+"""Camera rays: how samples are shared out, and rays through the pixels of a film.
 
-Camera rays: through the pixels of a film, and of a run of pixels in a JIT variant.
-
-In a JIT variant the samples of each pixel stand side by side, and sums over them are made in a
-fixed order: a film that many threads add to has other last bits every time.
+Counts of samples are exact, in groups that keep their strata. In a JIT variant the samples of each
+pixel stand side by side, and sums over them are made in a fixed order: a film that many threads add
+to has other last bits every time.
 """
 
 import math
@@ -14,7 +13,7 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from scenes.frame.frame_input import Quality, Window
+from scenes.frame.frame_input import Quality
 from scenes.render.light import load_plugin
 
 
@@ -59,17 +58,6 @@ def sample_rays(
     on_lens = sampler.next_2d() if camera.needs_aperture_sample() else mi.Point2f(0.5)
     ray, _ = camera.sample_ray_differential(0.0, 0.0, film, on_lens)
     return sampler, ray
-
-
-def in_window(window: Window, size: tuple[int, int], pixels: slice, spp: int) -> Any:
-    """Tell which rays of ``sample_rays`` are traced; those beside a window are seeded all the same.
-
-    So each pixel has the samples that it has in the whole picture.
-    """
-    if window.is_all_of(size):
-        return True
-    inside, _ = window.share(pixels, size[0])
-    return mi.Bool(inside.repeat(spp))
 
 
 def pixel_sums(colour: Any, spp: int) -> np.ndarray:

@@ -1,10 +1,11 @@
 """Samples of a frame are summed here, and made its layers."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from scenes.frame.frame_input import Window
+from scenes.frame.frame_input import Quality, Window
 from scenes.frame.layers import SKY_Z, Coverage, Layers, add_coverage
 from scenes.render.build import GUIDES, BuiltScene
 from scenes.render.drivers.motion_vectors import motion_vectors
@@ -30,13 +31,21 @@ class Samples:
     counts: list[Coverage] = field(default_factory=list)
 
     @staticmethod
-    def zeros(window: Window, width: int) -> "Samples":
-        """Return the sums of a window of which no sample is taken yet."""
+    def none_of(built: BuiltScene, quality: Quality) -> "Samples":
+        """Return the sums of a frame's window of which no sample is taken yet."""
+        size = built.description["camera"]["size"]
+        window = quality.window_of(size)
         columns, rows = window.size
+        rgb, albedo = np.zeros((2, rows, columns, 3))
         hit = np.zeros((rows, columns, 9), np.float32)  # as the renderer gives it
-        return Samples(
-            window, width, np.zeros((rows, columns, 3)), np.zeros((rows, columns, 3)), hit
-        )
+        return Samples(window, size[0], rgb, albedo, hit)
+
+    def runs(self, height: int, step: int) -> Iterator[tuple[slice, int]]:
+        """Yield runs of ``step`` pixels, and how many of each are in the window, if any are."""
+        for first in range(0, self.width * height, step):
+            pixels = slice(first, min(first + step, self.width * height))
+            if taken := int(np.count_nonzero(self.window.share(pixels, self.width)[0])):
+                yield pixels, taken
 
     def add(self, layer: str, pixels: slice, values: np.ndarray) -> None:
         """Add values (n, 3) of a run of the picture's pixels to ``rgb`` or ``albedo``."""

@@ -45,17 +45,13 @@ def render_passes(
     more through the lens's centre.
     """
     width, height = built.description["camera"]["size"]
-    window = quality.window_of((width, height))
-    total = Samples.zeros(window, width)
+    total = Samples.none_of(built, quality)
     step = max(1, quality.most_samples // (width * quality.spp))
-    for top in range(0, height, step):
-        rows = top, min(top + step, height)
-        pixels = slice(rows[0] * width, rows[1] * width)
-        taken = int(np.count_nonzero(window.share(pixels, width)[0]))
-        if not taken:
-            continue
-        for run, spp in enumerate(_runs(quality.spp)):
-            band = _Band(built, haze, rows, spp, (quality.seed, frame, run, top))
+    for pixels, taken in total.runs(height, step * width):
+        rows = pixels.start // width, pixels.stop // width
+        # Fewer than 4 samples come one by one: of them T̄ would be too rough an estimate.
+        for run, spp in enumerate((quality.spp,) if quality.spp >= 4 else (1,) * quality.spp):
+            band = _Band(built, haze, rows, spp, (quality.seed, frame, run, rows[0]))
             rgb, replaced = band.colour()
             total.add("rgb", pixels, rgb * (spp / quality.spp))
             total.replaced += replaced
@@ -63,11 +59,6 @@ def render_passes(
                 band.add_guides(total, 2 if quality.spp >= 4 else 1, quality.coverage)
             watch(spp * taken)
     return total
-
-
-def _runs(spp: int) -> tuple[int, ...]:
-    """All samples in one run; fewer than 4 one by one, where T̄ would be too rough an estimate."""
-    return (spp,) if spp >= 4 else (1,) * spp
 
 
 @dataclass(frozen=True, eq=False)

@@ -28,16 +28,12 @@ def render_medium(
     """
     camera = built.description["camera"]
     width, height = camera["size"]
-    window = quality.window_of((width, height))
-    total = Samples.zeros(window, width)
+    total = Samples.none_of(built, quality)
     for number, spp in enumerate(sample_groups(quality.spp)):
         step = max(1, quality.most_samples // (width * spp))
-        for top in range(0, height, step):
-            rows, seed = (top, min(top + step, height)), (quality.seed, frame, number, top)
-            pixels = slice(rows[0] * width, rows[1] * width)
-            taken = int(np.count_nonzero(window.share(pixels, width)[0]))
-            if not taken:
-                continue
+        for pixels, taken in total.runs(height, step * width):
+            rows = pixels.start // width, pixels.stop // width
+            seed = quality.seed, frame, number, rows[0]
             group = replace(quality, spp=spp, seed=sampler_seed(*seed, _IMAGE))
             image = _image(built, rows, group)
             bad = ~np.isfinite(image)

@@ -1,11 +1,8 @@
-"""Settings as attributes of OpenEXR, typed where it has the type, and read back without loss.
+"""What a frame's header says: the camera, the time, the software, and every setting.
 
-What a frame's header says: the camera, the time, the software, and every setting.
-
-Settings and records: what determines a frame's pixels, and what is known of it, as plain data.
-
-Settings travel to other processes and machines, stand in every header, and make
-the same frame again.
+Settings are what determines a frame's pixels, as plain data: they travel to other processes and
+machines, stand in every header as attributes of OpenEXR, typed where it has the type, are read back
+without loss, and make the same frame again.
 """
 
 import json
@@ -118,34 +115,36 @@ def frame_header(
     """
     if not (math.isfinite(fps) and 0 < fps <= 1e6):
         raise InputError("camera.fps", fps, "above 0 frames a second", "try 24")
-    stereo = {"multiView": VIEWS} if camera.baseline_m else {}
-    apart = {"baseline_m": camera.baseline_m} if camera.baseline_m else {}
-    camera = camera.pair[0] if camera.baseline_m else camera
-    about = {
-        **apart,
+    about: dict[str, Any] = {}
+    attributes: dict[str, Any] = {}
+    if camera.baseline_m:
+        attributes["multiView"] = VIEWS
+        about["baseline_m"] = camera.baseline_m
+        camera = camera.pair[0]
+    about |= {
         "corner": (camera.corner.x, camera.corner.y),
         "eye": tuple(camera.eye.tolist()),
         "fov_x_deg": math.degrees(camera.fov_x),
     }
+    left_handed = np.diag((1.0, 1.0, -1.0, 1.0)) @ camera_from_world(camera)  # +z ahead
+    attributes["worldToCamera"] = np.ascontiguousarray(left_handed.T, np.float32)
+    if camera.panorama:  # an environment map in latitude and longitude
+        attributes["envmap"] = "latlong"
+    else:
+        x, y = camera.tan_half  # what z becomes is of no meaning
+        picture = [[0.5 / x, 0, 0.5, 0], [0, -0.5 / y, 0.5, 0], [0, 0, 0, 1], [0, 0, 1, 0]]
+        from_world = np.array(picture) @ left_handed
+        attributes["worldToNDC"] = np.ascontiguousarray(from_world.T, np.float32)
+        attributes["screenWindowWidth"] = float(np.float32(2 * x))
+    if camera.lens:
+        attributes["focus"] = float(np.float32(camera.lens.focus_m))
+        about["aperture_m"] = camera.lens.diameter_m
     return {
-        "worldToCamera": np.ascontiguousarray(_left_handed(camera).T, np.float32),
-        **_projection(camera),
+        **attributes,
         "framesPerSecond": Fraction(fps).limit_denominator(100_000),
-        **_lens(camera),
-        **stereo,
         **_time_of_shot(fps, frame, date),
         **flatten_attributes(about, PREFIX),
         **settings_attributes(settings, frame),
-    }
-
-
-def _projection(camera: Camera) -> dict[str, Any]:
-    """How the picture is projected; a panorama is an environment map in latitude and longitude."""
-    if camera.panorama:
-        return {"envmap": "latlong"}
-    return {
-        "worldToNDC": np.ascontiguousarray(_ndc_from_world(camera).T, np.float32),
-        "screenWindowWidth": float(np.float32(2 * camera.tan_half[0])),
     }
 
 
@@ -165,14 +164,6 @@ def picture_windows(size: tuple[int, int], window: tuple[int, ...]) -> dict[str,
     return {
         name: tuple(np.array(corner, np.int32) for corner in each) for name, each in corners.items()
     }
-
-
-def _lens(camera: Camera) -> dict[str, Any]:
-    """``focus``, OpenEXR's distance in focus, and the opening's diameter [m]; none of a pinhole."""
-    if camera.lens is None:
-        return {}
-    about = {"aperture_m": camera.lens.diameter_m}
-    return {"focus": float(np.float32(camera.lens.focus_m)), **flatten_attributes(about, PREFIX)}
 
 
 def _time_of_shot(fps: float, frame: int, date: str | None) -> dict[str, Any]:
@@ -218,29 +209,16 @@ def camera_from_world(camera: Camera) -> np.ndarray:
     return matrix
 
 
-def _left_handed(camera: Camera) -> np.ndarray:
-    """As camera_from_world, but with +z ahead."""
-    return np.diag((1.0, 1.0, -1.0, 1.0)) @ camera_from_world(camera)
-
-
-def _ndc_from_world(camera: Camera) -> np.ndarray:
-    """From the frame's corner to the picture; what z becomes is of no meaning."""
-    x, y = camera.tan_half
-    picture = [[0.5 / x, 0, 0.5, 0], [0, -0.5 / y, 0.5, 0], [0, 0, 0, 1], [0, 0, 1, 0]]
-    return np.array(picture) @ _left_handed(camera)
-
-
 @cache
 def software() -> str:
     """Name and versions of what makes the pixels."""
-    return f"lodbench {_version('lodbench')} (Mitsuba {_version('mitsuba')})"
-
-
-def _version(package: str) -> str:
-    try:
-        return version(package)
-    except PackageNotFoundError:
-        return "source"
+    found = []
+    for package in ("lodbench", "mitsuba"):
+        try:
+            found.append(version(package))
+        except PackageNotFoundError:
+            found.append("source")
+    return "lodbench {} (Mitsuba {})".format(*found)
 
 
 Settings = Mapping[str, Any]

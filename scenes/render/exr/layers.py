@@ -1,20 +1,18 @@
-"""What a frame's header says of its own file, by which one can tell alone whether it is whole.
-
-Mattes of objects and species by Cryptomatte's specification 1.2.0, ranked by coverage.
-
-The sky has no id and takes no rank. https://github.com/Psyop/Cryptomatte, folder specification.
-
-Layers to and from OpenEXR files: nothing in the header but what made the pixels.
+"""Layers to and from OpenEXR files: nothing in the header but what made the pixels.
 
 Channels: R G B (linear Rec.709), A (1 everywhere), albedo.R albedo.G albedo.B, float or half; float
 Z [m], half N.X N.Y N.Z, uint id.object id.part detail.level; where asked for, float motion.X
-motion.Y [px], denoised.R denoised.G denoised.B like R G B, and Cryptomatte's (cryptomatte.py). One
-part, or a part for each group of layers; a channel is called the same in both. What the right eye
-of a pair sees is a second view (``multiView``). The only file that imports OpenEXR.
+motion.Y [px], denoised.R denoised.G denoised.B like R G B, and Cryptomatte's. One part, or a part
+for each group of layers; a channel is called the same in both. What the right eye of a pair sees is
+a second view (``multiView``). The only file that imports OpenEXR.
 
 Types and names are such that every reader opens a float file by its plain call: OpenEXR's wants one
 type for all of a layer; Mitsuba's gives all layers the type of the first by name (A), and takes any
 layer of three channels for R G B or X Y Z, which is why the level stands apart from the other ids.
+
+The header holds a hash of the pixels and one of its own file, which thereby tells alone whether it
+is whole. Mattes of objects and species are by Cryptomatte's specification 1.2.0
+(https://github.com/Psyop/Cryptomatte), ranked by coverage; the sky has no id and takes no rank.
 """
 
 import contextlib
@@ -33,7 +31,7 @@ import numpy as np
 import OpenEXR
 
 from lod.errors import InputError
-from scenes.frame.layers import Coverage, Layers, Mattes, add_coverage
+from scenes.frame.layers import Layers, Mattes, add_coverage
 from scenes.presets.schema import OutputPreset
 from scenes.processes.streams import stdout_to_stderr
 
@@ -98,7 +96,7 @@ TYPES = ("CryptoObject", "CryptoSpecies")
 RANKS = 6
 """Ids in a pixel, those that cover most of it; the specification suggests six."""
 
-CHANNELS = tuple(
+MATTE_CHANNELS = tuple(
     f"{name}{rank // 2:02d}.{'rgba'[2 * (rank % 2) + i]}"
     for name in TYPES
     for rank in range(RANKS)
@@ -119,8 +117,25 @@ def with_mattes(layers: Layers, names: Mapping[int, tuple[str, str]]) -> Layers:
         ids = {each: matte_id(each) for each in of_object}
         numbers = np.array([ids[each] for each in of_object], np.uint32)
         shares = add_coverage(coverage.pixel[met], numbers[row], coverage.share[met])
-        channels |= _channels(name, shares, layers.Z.shape)
-        attributes |= _attributes(name, ids)
+        # Ids and coverage of each pixel by rank, 0 where there are fewer.
+        order = np.lexsort((shares.object, -shares.share, shares.pixel))
+        pixel = shares.pixel[order]
+        begins = np.flatnonzero(np.diff(pixel, prepend=-1))
+        rank = np.arange(len(pixel)) - np.repeat(begins, np.diff(begins, append=len(pixel)))
+        found = np.zeros((2 * RANKS, *layers.Z.shape), np.float32)
+        flat, kept = found.reshape(2 * RANKS, -1), rank < RANKS
+        flat[2 * rank[kept], pixel[kept]] = shares.object[order].view(np.float32)[kept]
+        flat[2 * rank[kept] + 1, pixel[kept]] = shares.share[order][kept]
+        own = [each for each in MATTE_CHANNELS if each.startswith(name)]
+        channels |= dict(zip(own, found, strict=True))
+        key = f"cryptomatte/{matte_id(name):08x}"[:-1]
+        manifest = {each: f"{number:08x}" for each, number in sorted(ids.items())}
+        attributes |= {
+            f"{key}/name": name,
+            f"{key}/hash": "MurmurHash3_32",
+            f"{key}/conversion": "uint32_to_float32",
+            f"{key}/manifest": json.dumps(manifest, separators=(",", ":"), ensure_ascii=False),
+        }
     return replace(layers, coverage=None, mattes=Mattes(channels, attributes))
 
 
@@ -128,32 +143,6 @@ def matte_id(name: str) -> int:
     """Hash a name to the 32 bits of a float that is neither NaN, infinite, 0 nor subnormal."""
     number: int = mmh3.hash(name, signed=False)
     return number ^ 1 << 23 if number >> 23 & 255 in (0, 255) else number
-
-
-def _channels(name: str, shares: Coverage, size: tuple[int, ...]) -> dict[str, np.ndarray]:
-    """Ids and coverage of each pixel by rank, (h, w) float32 each, 0 where there are fewer."""
-    order = np.lexsort((shares.object, -shares.share, shares.pixel))
-    pixel, ids = shares.pixel[order], shares.object[order].view(np.float32)
-    begins = np.flatnonzero(np.diff(pixel, prepend=-1))
-    rank = np.arange(len(pixel)) - np.repeat(begins, np.diff(begins, append=len(pixel)))
-    found = np.zeros((2 * RANKS, *size), np.float32)
-    kept = rank < RANKS
-    flat = found.reshape(2 * RANKS, -1)
-    flat[2 * rank[kept], pixel[kept]] = ids[kept]
-    flat[2 * rank[kept] + 1, pixel[kept]] = shares.share[order][kept]
-    own = [each for each in CHANNELS if each.startswith(name)]
-    return dict(zip(own, found, strict=True))
-
-
-def _attributes(name: str, ids: Mapping[str, int]) -> dict[str, str]:
-    key = f"cryptomatte/{matte_id(name):08x}"[:-1]
-    manifest = {each: f"{number:08x}" for each, number in sorted(ids.items())}
-    return {
-        f"{key}/name": name,
-        f"{key}/hash": "MurmurHash3_32",
-        f"{key}/conversion": "uint32_to_float32",
-        f"{key}/manifest": json.dumps(manifest, separators=(",", ":"), ensure_ascii=False),
-    }
 
 
 REC709 = (0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290)
@@ -361,7 +350,7 @@ def channel_types(output: OutputPreset, stereo: bool = False) -> dict[str, np.dt
     asked = {"motion": output.motion, "denoised": output.denoise}
     extra = {name: each for name, each in _ASKED_FOR.items() if asked[each.part]}
     types = {name: each.dtype for name, each in {**_CHANNELS, **extra}.items()} | {"A": _COLOUR}
-    types |= dict.fromkeys(CHANNELS if output.cryptomatte else (), np.float32)
+    types |= dict.fromkeys(MATTE_CHANNELS if output.cryptomatte else (), np.float32)
     colour = _colour_type(output)
     if stereo:
         types |= {of_right_eye(name): each for name, each in types.items()}

@@ -101,7 +101,9 @@ def _check_whole(path: Path, whole: WholeFrame) -> Checked:
 def _check_damaged(path: Path, candidates: list[tuple[int, Settings]]) -> Checked:
     frames = {frame for frame, _ in candidates} or set(map(int, _NUMBER.findall(path.name)))
     frame = frames.pop() if len(frames) == 1 else None
-    if candidates and not is_remains(path):
+    if not path.is_file():
+        return Checked(path, frame, ("it is no plain file",))
+    if not is_remains(path):
         return Checked(path, None, ("it looks like a frame, and is none",))
     wrong = "its bytes are not those that were written (SHA-256)"
     return Checked(path, frame, (wrong,), _only([settings for _, settings in candidates]))

@@ -1,7 +1,4 @@
-"""The cache gives what was made, to the last bit, or makes it again; it never needs a folder.
-
-Data that are read back are those that were made, to the last bit, and nothing else is made.
-"""
+"""The cache gives what was made, to the last bit, or makes it again; it never needs a folder."""
 
 import json
 import multiprocessing

@@ -1,6 +1,6 @@
 """Streams that are closed, full or unread lose what is written to them, and nothing else.
 
-In a container of a user without a home, where nothing but -o can be written to, frames come.
+A user without a home, who can write nowhere but to -o, gets the same frames.
 """
 
 import hashlib

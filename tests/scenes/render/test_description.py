@@ -1,7 +1,4 @@
-"""The plain description: batches, chains, ids of its own, and no number that is wrong.
-
-The reference: air that is part of the scene, against the closed forms.
-"""
+"""Batches and chains of sticks, ids of a frame, no wrong number, and the medium as reference."""
 
 import dataclasses
 from dataclasses import replace

@@ -1,8 +1,7 @@
 """Contrast falls as exp(−β·d) in every channel, and land fades into the horizon's own radiance.
 
-Haze lit as its layer lights it, against the medium that scatters, and against itself.
-
-Light gathered along lines of sight over ground of any height, and that ground.
+Scattered haze is lit as its layer lights it, gathered along lines of sight over ground of any
+height, and held against the medium that scatters.
 """
 
 import numpy as np

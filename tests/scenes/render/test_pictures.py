@@ -1,9 +1,4 @@
-"""Previews: a stated transform, one exposure for a whole sheet.
-
-A denoised picture is nearer to the truth, leaves the raw one alone, and comes out the same.
-
-Previews by detail level: who is what colour.
-"""
+"""Previews have one exposure and a colour for each level, and denoising brings them nearer."""
 
 import sys
 from dataclasses import replace

@@ -141,7 +141,7 @@ def reaches(who, poses):
 
 
 @given(seeds)
-@settings(max_examples=12)
+@settings(max_examples=6)
 def test_no_allowed_pose_exceeds_R_B_or_separation(seed):
     for who in people()[:2]:
         poses = who.rig.random_turns(np.random.default_rng(seed), 60)

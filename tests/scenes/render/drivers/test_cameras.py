@@ -1,7 +1,4 @@
-"""What a lens does to the picture: an edge out of focus, held against the thin lens's formula.
-
-A panorama: where things are in it, no seam at its edges, and what cannot render one.
-"""
+"""A lens blurs by its formula, and a panorama sees all round without a seam."""
 
 import math
 from dataclasses import replace

@@ -1,7 +1,4 @@
-"""A header says what made the frame, in types that other programs read, and whether it is whole.
-
-Settings determine a frame, in whatever order a preset was written.
-"""
+"""A header says what made the frame, in types that other programs read, and whether it is whole."""
 
 import operator
 import tempfile

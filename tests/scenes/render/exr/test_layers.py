@@ -1,7 +1,4 @@
-"""Mattes are read back by a decoder written from Cryptomatte's specification 1.2.0.
-
-Frames survive the round trip, in three readers, and damage does not pass for a frame.
-"""
+"""Frames survive the round trip in three readers, damage does not pass, and mattes are decoded."""
 
 import contextlib
 import hashlib
@@ -26,7 +23,7 @@ from scenes.render import variants
 from scenes.render.exr import layers as exr
 from scenes.render.exr.header import frame_header, picture_windows
 from scenes.render.exr.layers import (
-    CHANNELS,
+    MATTE_CHANNELS,
     PIXELS_SHA256,
     RANKS,
     channel_types,
@@ -151,9 +148,9 @@ def test_mattes_come_back(tmp_path, multipart):
 def test_ranks_fall_and_what_is_not_there_is_zero(tmp_path):
     layers, names = covered()
     channels = with_mattes(layers, names).mattes.channels
-    assert tuple(channels) == CHANNELS
+    assert tuple(channels) == MATTE_CHANNELS
     for kind in ("CryptoObject", "CryptoSpecies"):
-        own = [each for each in CHANNELS if each.startswith(kind)]
+        own = [each for each in MATTE_CHANNELS if each.startswith(kind)]
         shares = np.array([channels[name] for name in own[1::2]])
         ids = np.array([channels[name] for name in own[0::2]])
         assert (np.diff(shares, axis=0) <= 0).all() and ((ids == 0) == (shares == 0)).all()
