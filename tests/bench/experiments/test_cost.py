@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bench import timing
+from bench import frame_costs, timing
 from bench.children import run_in_child
 from bench.experiments.cost import (
     EXPERIMENT,
@@ -217,10 +217,14 @@ def test_every_topic_has_cases_that_are_measured():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("topic", ["cost", "world", "speed", "settings"])
-def test_a_small_run_is_measured_judged_and_shown(topic):
+def test_a_small_run_is_measured_judged_and_shown(topic, monkeypatch):
+    monkeypatch.setattr(frame_costs, "WORLDS", (1e3, 1e6, 1e12))
+    monkeypatch.setattr(frame_costs, "UNPRUNED", (1e2, 3e2, 1e3))
+    few = dict([*sampling_settings().items()][::3])
+    monkeypatch.setattr(timing, "sampling_settings", lambda: few)
     sizes = dict(EXPERIMENT.topics[topic].quick)
     small = {"processes": 1, "worlds": {"meadow": [20.0]}, "fields": 2, "size": "32x18", "spp": 4}
-    small |= {"samples": [4, 16], "repeats": 8 if topic == "world" else 2, "pairs": 1}
+    small |= {"samples": [4, 16], "repeats": 8, "pairs": 1}
     sizes |= {name: value for name, value in small.items() if name in sizes}
     points = [p for case in EXPERIMENT.cases(topic, sizes) for p in measure(case, 0)]
     assert {p.case["topic"] for p in points} == {topic}
