@@ -199,6 +199,7 @@ def test_figures_and_tables_tell_the_record():
     assert all(len(plot.alt) > 80 and plot.drawn for plot in drawn) and len(drawn) == 3
 
 
+@pytest.mark.slow
 def test_every_stage_of_a_real_frame_is_timed():
     found = preset_costs(["render.size=32x18", "render.spp=1", "view.detail=8"], choose(), 1)
     (row,) = found["warm"]
