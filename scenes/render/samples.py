@@ -8,7 +8,7 @@ import numpy as np
 from scenes.frame.frame_input import Quality, Window
 from scenes.frame.layers import SKY_Z, Coverage, Layers, add_coverage
 from scenes.render.build import GUIDES, BuiltScene
-from scenes.render.drivers.motion_vectors import motion_vectors
+from scenes.render.motion_vectors import motion_vectors
 
 
 @dataclass(eq=False)

@@ -14,8 +14,8 @@ import numpy as np
 
 from scenes.frame.frame_input import Window
 from scenes.render.build import BuiltScene
+from scenes.render.camera_rays import pixel_directions
 from scenes.render.description import NEAR_M, Description
-from scenes.render.drivers.camera_rays import pixel_directions
 from scenes.rig.rotations import rotate_vectors, shortest_arc
 
 

@@ -9,9 +9,9 @@ import numpy as np
 
 from scenes.frame.frame_input import Quality, SampleWatch, sampler_seed
 from scenes.render.build import GUIDES, BuiltScene, pinhole, sensor
-from scenes.render.drivers.camera_rays import pixel_sums, sample_groups, sample_rays
-from scenes.render.drivers.samples import Samples
+from scenes.render.camera_rays import pixel_sums, sample_groups, sample_rays
 from scenes.render.haze import Haze, JitArrays, air_along
+from scenes.render.samples import Samples
 
 _IMAGE_CHANNELS = 4
 """R, G, B and A of the image come before the guides."""

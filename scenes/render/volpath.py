@@ -11,9 +11,9 @@ import numpy as np
 
 from scenes.frame.frame_input import Quality, SampleWatch, sampler_seed
 from scenes.render.build import GUIDES, BuiltScene, pinhole, sensor
-from scenes.render.drivers.camera_rays import pixel_sums, sample_groups, sample_rays
-from scenes.render.drivers.samples import Samples
+from scenes.render.camera_rays import pixel_sums, sample_groups, sample_rays
 from scenes.render.haze import Haze
+from scenes.render.samples import Samples
 
 _IMAGE, _GUIDES = range(2)
 

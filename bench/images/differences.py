@@ -32,11 +32,7 @@ from jaxtyping import Float, Float64, Int64
 from scipy import stats
 
 from bench.records.records import Column, Key, Point, columns
-from bench.statistics.estimates import (
-    Estimate,
-    two_sided_paired_ratio,
-    two_sided_ratio_of_means,
-)
+from bench.statistics.estimates import Estimate, two_sided_paired_ratio, two_sided_ratio_of_means
 from bench.statistics.fits import ONE_SIDED_CONFIDENCE, noise_free, one_sided_mean
 from lod.arrays import Reals, freeze
 from lod.errors import InputError
