@@ -1,4 +1,4 @@
-"""Layers to and from OpenEXR files: nothing in the header but what made the pixels.
+"""What a file says of itself, by which one can tell alone whether it is whole.
 
 Channels: R G B (linear Rec.709), A (1 everywhere), albedo.R albedo.G albedo.B, float or half; float
 Z [m], half N.X N.Y N.Z, uint id.object id.part detail.level; where asked for, float motion.X
