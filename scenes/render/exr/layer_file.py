@@ -1,4 +1,4 @@
-"""What a file says of itself, by which one can tell alone whether it is whole.
+"""Layers to and from OpenEXR files: nothing in the header but what made the pixels.
 
 Channels: R G B (linear Rec.709), A (1 everywhere), albedo.R albedo.G albedo.B, float or half; float
 Z [m], half N.X N.Y N.Z, uint id.object id.part detail.level; where asked for, float motion.X
@@ -8,7 +8,7 @@ a second view (``multiView``). The only file that imports OpenEXR.
 
 Types and names are such that every reader opens a float file by its plain call: OpenEXR's wants one
 type for all of a layer; Mitsuba's gives all layers the type of the first by name (A), and takes any
-layer of three channels for R G B or X Y Z, which is why the level stands apart from the other ids.
+layer of three channels for R G B or X Y Z, which is why the level is kept beside the other ids.
 
 The header holds a hash of the pixels and one of its own file, which thereby tells alone whether it
 is whole. Mattes of objects and species are by Cryptomatte's specification 1.2.0
