@@ -142,7 +142,7 @@ def render_sequence(
 
 def read_frame(path: str | Path) -> Frame:
     """Read a frame that lodbench wrote. Raises InputError for any other file."""
-    from scenes.render.exr.layers import read_exr
+    from scenes.render.exr.layer_file import read_exr
 
     return Frame(*read_exr(path))
 

@@ -126,13 +126,9 @@ class Experiment:
 @cache
 def experiments() -> Mapping[str, Experiment]:
     """Return every experiment by its name, in order: one for each file of ``bench.experiments``."""
-    folder = importlib.import_module("bench.experiments")
-    names = [
-        each.name
-        for each in pkgutil.walk_packages(folder.__path__, "bench.experiments.")
-        if each.ispkg or each.name.count(".") == 2
-    ]
-    found = [importlib.import_module(name).EXPERIMENT for name in names]
+    folder = importlib.import_module(f"{__package__}.experiments")
+    names = [each.name for each in pkgutil.iter_modules(folder.__path__)]
+    found = [importlib.import_module(f"{folder.__name__}.{name}").EXPERIMENT for name in names]
     return {each.name: each for each in sorted(found, key=lambda each: (each.order, each.name))}
 
 

@@ -25,7 +25,7 @@ from scenes.presets.load import load_preset
 from scenes.presets.schema import Preset
 from scenes.processes.memory_limit import peak_rss_bytes
 from scenes.render.description import describe_frame
-from scenes.render.exr.layers import write_exr
+from scenes.render.exr.layer_file import write_exr
 from scenes.render.render import build_frame, render_frame, trace
 from scenes.scene import Scene
 

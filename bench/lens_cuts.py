@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bench.images.compare import Looks, flips, look
+from bench.images.differences import Looks, flips, look
 from bench.part_sizes import (
     COARSE_M,
     camera,

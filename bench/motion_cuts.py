@@ -15,7 +15,7 @@ from functools import cache
 
 import numpy as np
 
-from bench.images.compare import LEAST_PAIRS, mean_flip
+from bench.images.differences import LEAST_PAIRS, mean_flip
 from bench.records.records import Column, Point, columns
 from lod.pruner import prune
 from scenes.frame.frame_input import FrameInput
@@ -78,7 +78,7 @@ SHOWN_SPP = 64
 """The most samples of a pixel of moves that only show how errors grow.
 
 The fast pan of a full run has 36 in each sub-frame, at which the noise floor is low enough to quote
-an excess (``bench.images.compare.FLOOR``).
+an excess (``bench.images.differences.FLOOR``).
 """
 
 SUBFRAMES = 16

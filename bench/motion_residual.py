@@ -157,7 +157,7 @@ class Walk:
     """A measured walk: columns over its frames but the first, (f − 1, …).
 
     popped    parts that came or went at full size
-    residual  change of every pixel that motion does not explain; frames have samples of their own
+    residual  change of every pixel after motion compensation; frames have samples of their own
     switched  that change where both frames have the same samples, so that no noise is left
     """
 

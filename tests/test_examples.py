@@ -22,7 +22,7 @@ import numpy as np
 import pytest
 
 from scenes.frame.layers import SKY_Z, Layers
-from scenes.render.exr.layers import write_exr
+from scenes.render.exr.layer_file import write_exr
 
 ROOT = Path(__file__).parents[1]
 PAGES = ["README.md", *sorted(f"docs/{each.name}" for each in (ROOT / "docs").glob("*.md"))]

@@ -32,7 +32,7 @@ DISTRIBUTION = {
 }
 
 # Programs that run in environments of their own, with pinned requirements beside them.
-OUTSIDE = "bench/outside"
+OUTSIDE = "bench/methods"
 ELSEWHERE = {
     f"{OUTSIDE}/cycles_child.py": {"bpy", "mathutils"},
     f"{OUTSIDE}/video_child.py": {"pycvvdp", "torch"},
@@ -47,7 +47,11 @@ OPENS = {
 
 MOST_LINES = 600  # of a file
 # Names that two files share, because they are of one subject.
-SHARED_NAMES: dict[str, str] = {}
+SHARED_NAMES = {
+    **dict.fromkeys(("air", "law", "viewing"), "a theory and the experiment on it"),
+    **dict.fromkeys(("render", "usd", "verify", "environments"), "a command and what it calls"),
+    "acting": "how a scene acts, and what that costs",
+}
 # A reader has neither the plan nor the tracker that such a reference points to.
 UNKNOWN_TO_READERS = re.compile(r"\bDESIGN(\.md)?\b|(?i:\bissues? #?\d+)")
 
@@ -196,7 +200,9 @@ def package_imports(root: Path, files: list[Source]) -> dict[str, set[str]]:
     for source in files:
         users = graph.setdefault(source.package, set())
         for name in source.imports:
-            if name.split(".")[0] in MAY_IMPORT:
+            # A scene imports the renderer where it is asked for a picture, and nowhere else.
+            drawn = source.path == "scenes/scene.py" and name.startswith("scenes.render")
+            if name.split(".")[0] in MAY_IMPORT and not drawn:
                 target = Path(*name.split("."))
                 alone = target.parent.as_posix() in MAY_IMPORT
                 folder = target if alone or (root / target).is_dir() else target.parent

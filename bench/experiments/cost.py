@@ -29,7 +29,7 @@ from bench.frame_costs import (
     window_costs,
 )
 from bench.frame_memory import GROWTH, HELD, Held, measure_memory, memory_claims
-from bench.images.compare import errors, flips
+from bench.images.differences import errors, flips
 from bench.images.equal_error import EQUAL_ERROR
 from bench.plots import Curve, Plot, curves
 from bench.records.claims import Bound, Claim, Kind, at_least, at_most, claim, equals, within

@@ -16,13 +16,7 @@ import numpy as np
 
 from bench.experiment import Experiment, Topic
 from bench.images import colonnade, cover, fields, pixels, shipped, spectrum
-from bench.images.compare import (
-    band_name,
-    coverage_ratio,
-    errors,
-    luminance_ratio,
-    same_place,
-)
+from bench.images.differences import band_name, coverage_ratio, errors, luminance_ratio, same_place
 from bench.images.equal_error import EQUAL_ERROR, GRASS_ERROR, Reached, equal_error
 from bench.plots import Curve, Plot, curves
 from bench.records.claims import (

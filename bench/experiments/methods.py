@@ -28,7 +28,7 @@ import numpy as np
 from bench.children import run_in_child
 from bench.experiment import Experiment, Table, Topic
 from bench.frame_costs import Picture
-from bench.images.compare import (
+from bench.images.differences import (
     BAND_EDGES_M,
     Reference,
     mean_flip,
@@ -37,7 +37,6 @@ from bench.images.compare import (
     reference_of,
 )
 from bench.images.equal_error import EQUAL_ERROR
-from bench.methods.catalogue import CLIPPED, methods
 from bench.methods.comparison import (
     AtEqualError,
     at_equal_error,
@@ -51,6 +50,7 @@ from bench.methods.comparison import (
 )
 from bench.methods.cycles import measure_cycles, noise
 from bench.methods.environments import CYCLES, VIDEO
+from bench.methods.known_methods import CLIPPED, methods
 from bench.methods.method import Method
 from bench.methods.runner import STAGES, Runner, Window, make_one_frame
 from bench.methods.video import just_objectionable_differences

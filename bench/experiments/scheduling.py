@@ -17,7 +17,7 @@ import numpy as np
 
 from bench.acting import FPS, Clearance, Feet, Meetings, Updating, Waiting
 from bench.experiment import Experiment, Topic
-from bench.images.compare import PIXELS_PER_DEGREE
+from bench.images.differences import PIXELS_PER_DEGREE
 from bench.plots import Curve, Plot, curves
 from bench.records.claims import Bound, Claim, at_least, at_most, claim
 from bench.records.records import Column, Key, Point, Record, columns, where

@@ -22,11 +22,7 @@ from typing import Any
 import numpy as np
 
 from bench.experiment import Experiment, Topic
-from bench.images.compare import (
-    LEAST_PAIRS,
-    errors,
-    one_sided_excess,
-)
+from bench.images.differences import LEAST_PAIRS, errors, one_sided_excess
 from bench.images.equal_error import EQUAL_ERROR
 from bench.lens_cuts import (
     BANDS_M,

@@ -30,7 +30,7 @@ from typing import Any
 
 import numpy as np
 
-from bench.images.compare import coverage_ratio, luminance_ratio
+from bench.images.differences import coverage_ratio, luminance_ratio
 from bench.records.records import Column, Point, columns
 from bench.seeds import first_seed
 from bench.statistics.estimates import Estimate

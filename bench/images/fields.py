@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from bench.images.compare import (
+from bench.images.differences import (
     PIXELS_PER_DEGREE,
     REFERENCE,
     TESTED,

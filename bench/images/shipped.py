@@ -22,7 +22,7 @@ from typing import Any
 
 import numpy as np
 
-from bench.images.compare import REFERENCE, TESTED, Looks, Seen, flips, look, sums_by_band
+from bench.images.differences import REFERENCE, TESTED, Looks, Seen, flips, look, sums_by_band
 from bench.records.records import Column, Point, columns
 from bench.seeds import first_seed
 from lod.arrays import Points, Reals

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bench.images.compare import PAIR_BANDS
+from bench.images.differences import PAIR_BANDS
 from bench.images.equal_error import EQUAL_ERROR, excesses
 from bench.methods.runner import STAGES
 from bench.records.records import Key, Point, grouped

@@ -16,9 +16,9 @@ from typing import Any
 
 import numpy as np
 
-from bench.images.compare import EPSILON, mean_flip
-from bench.methods.catalogue import METHODS
+from bench.images.differences import EPSILON, mean_flip
 from bench.methods.environments import CYCLES, answer_of
+from bench.methods.known_methods import METHODS
 from bench.methods.runner import Runner, Window
 from bench.records.records import Column, Point
 from scenes.render import variants

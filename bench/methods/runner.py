@@ -5,7 +5,7 @@ import weakref
 from dataclasses import dataclass, field, replace
 
 from bench.frame_costs import Picture, window_preset
-from bench.methods.catalogue import methods
+from bench.methods.known_methods import methods
 from bench.methods.method import Method
 from bench.records.records import Column, Point, columns
 from scenes.frame.frame_input import FrameInput

@@ -2,7 +2,7 @@
 
 Functions here take arrays and touch no files. Every interval is two-sided: the truth is expected
 below it in 2.5 % of experiments, and above it in 2.5 %. (One-sided bounds are only in
-``bench.images.compare``.)
+``bench.images.differences``.)
 
 For slopes and ratios of counts every row is one field (one independent seed). Its count has mean μ
 and variance scale·φ·μ, where φ is the dispersion that the law predicts for its row: 1 for objects;

@@ -38,7 +38,7 @@ from scenes.processes.cache import content_key, kept
 from scenes.processes.progress import tell
 from scenes.sticks.areas import COARSE, directions, mean_area, mean_outline_areas
 from scenes.sticks.by_view import ELEVATIONS_DEG, ViewDependence, with_area_share
-from scenes.sticks.shapes import PartSticks, Shapes
+from scenes.sticks.object_shapes import PartSticks, Shapes
 
 MOSTLY = 0.4
 """Share of a part's own stick that must be seen, over all directions, for the stick to stay."""

@@ -14,7 +14,7 @@ import numpy as np
 from numba import njit
 
 from lod.shapes import StickTable
-from scenes.sticks.shapes import Shapes
+from scenes.sticks.object_shapes import Shapes
 
 BOX_M = 0.25
 """Side of a box [m]."""

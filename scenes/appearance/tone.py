@@ -29,8 +29,8 @@ from scenes.appearance.sky import GRASS, SunAndSky, cosine_direction, sky_at
 from scenes.processes.cache import content_key, kept
 from scenes.processes.progress import tell
 from scenes.sticks.by_view import AZIMUTHS_DEG, ELEVATIONS_DEG, with_area_share
+from scenes.sticks.object_shapes import Shapes
 from scenes.sticks.prototype import LUMINANCE, Prototype
-from scenes.sticks.shapes import Shapes
 
 LINES = 80_000
 """Lines of sight from each elevation, over all objects that are fitted together."""

@@ -24,7 +24,7 @@ from lod.shapes import StickTable
 from lod.threads import map_chunks
 from scenes.sticks.areas import along, frame_across
 from scenes.sticks.by_view import ELEVATIONS_DEG
-from scenes.sticks.shapes import Shapes
+from scenes.sticks.object_shapes import Shapes
 
 
 def visible_areas(

@@ -19,8 +19,8 @@ from lod.errors import InputError
 from lod.shapes import Mesh, MeshTable, StickTable
 from scenes.appearance.fit import fit_appearances
 from scenes.rig.rigged_prototype import RiggedPrototype
+from scenes.sticks.object_shapes import PartSticks
 from scenes.sticks.prototype import PartPlaces, Prototype, assemble_prototype, box_middles
-from scenes.sticks.shapes import PartSticks
 from scenes.trees.species import CALM_SUMMER, SEASONS, Weather
 from scenes.trees.tree import swaying
 

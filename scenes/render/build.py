@@ -15,9 +15,9 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
+from scenes.render.built_shapes import file_shape, make_shape, stabilise_kernels
 from scenes.render.description import MEDIUM, Description
 from scenes.render.light import load_plugin, sun, surroundings, variant_bands
-from scenes.render.shapes import file_shape, make_shape, stabilise_kernels
 
 
 class PanoramaSensor:

@@ -19,7 +19,7 @@ from scenes.render.exr.header import (
     picture_windows,
     preset_from_settings,
 )
-from scenes.render.exr.layers import with_mattes, write_exr
+from scenes.render.exr.layer_file import with_mattes, write_exr
 from scenes.render.memory import preflight
 from scenes.render.object_keys import identities_in
 from scenes.render.render import render_frame

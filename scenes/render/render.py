@@ -91,7 +91,7 @@ def trace(
 ) -> Layers:
     """Take one picture of a built frame; its variant is still the one that is set."""
     from scenes.render.build import flush_memory
-    from scenes.render.drivers.samples import make_layers
+    from scenes.render.samples import make_layers
 
     start = time.perf_counter()
     samples = _driver(built.variant, quality.haze)(built.scene, built.haze, quality, frame, watch)
@@ -121,14 +121,14 @@ def move_camera(
 def _driver(variant: str, haze: str) -> Callable[..., Any]:
     """Choose the driver that suits the variant and the kind of haze."""
     if haze == "medium":
-        from scenes.render.drivers.volpath import render_medium
+        from scenes.render.volpath import render_medium
 
         return render_medium
     if variant.startswith("scalar_") or variant.endswith("_spectral"):
-        from scenes.render.drivers.scalar_passes import render_passes
+        from scenes.render.scalar_passes import render_passes
 
         return render_passes
-    from scenes.render.drivers.jit import render_jit
+    from scenes.render.jit import render_jit
 
     return render_jit
 

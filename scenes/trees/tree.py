@@ -34,8 +34,8 @@ from scenes.appearance.fit import fit_appearances
 from scenes.rig.rig import Motion, Rig, RiggedSticks, key_phases
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.rig.rotations import from_euler
+from scenes.sticks.object_shapes import PartSticks
 from scenes.sticks.prototype import PartPlaces, Prototype, assemble_prototype
-from scenes.sticks.shapes import PartSticks
 from scenes.trees.growth import GrownTree, grow
 from scenes.trees.species import SEASONS, TreeSpecies
 

@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 from bench.frame_counts import predict
-from bench.images.compare import LEAST_PAIRS, mean_flip, one_sided_excess
+from bench.images.differences import LEAST_PAIRS, mean_flip, one_sided_excess
 from bench.statistics.estimates import LEAST_REPEATS, two_sided_mean
 from lod.pruner import prune
 from scenes.presets.load import load_preset

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bench.methods.catalogue import culled_beyond
+from bench.methods.known_methods import culled_beyond
 from bench.methods.method import Method, by_view
 from lod.actors.message import change
 from lod.camera import GRID_M, Corner, camera_from_heading

@@ -58,7 +58,7 @@ def render_preset(name: str, size: str, spp: int, folder: Path, *more: str) -> P
 
 def render_beside(name: str, folder: Path, target: Path) -> None:
     """Keep the middle of a preset's frame as shipped beside that of its reference, not denoised."""
-    from scenes.render.exr.layers import read_exr
+    from scenes.render.exr.layer_file import read_exr
     from scenes.render.pictures import DEFAULT_STYLE, save_sheet, to_srgb_8bit
 
     exposure, panels = None, []
@@ -74,7 +74,7 @@ def render_beside(name: str, folder: Path, target: Path) -> None:
 
 def save_pictures(frame: Path, name: str, folder: Path) -> None:
     """Write both pictures of a frame: its light, denoised, and its detail levels."""
-    from scenes.render.exr.layers import read_exr
+    from scenes.render.exr.layer_file import read_exr
     from scenes.render.pictures import (
         DEFAULT_STYLE,
         PictureStyle,

@@ -40,8 +40,8 @@ from scenes.render.render import render_frame
 from scenes.render.variants import choose
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.sticks.areas import directions
+from scenes.sticks.object_shapes import Shapes
 from scenes.sticks.prototype import LUMINANCE, Prototype
-from scenes.sticks.shapes import Shapes
 from scenes.trees.species import CALM_SUMMER, TreeSpecies, read_species, tree_species
 from scenes.trees.tree import tree_prototypes
 from scenes.world.sun_and_sky import Light

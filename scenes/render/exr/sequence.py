@@ -56,7 +56,7 @@ def read_whole(path: str | Path) -> WholeFrame:
     Raises InputError for a file that is none of ours, and where a byte of it is not as written;
     OSError where it cannot be read.
     """
-    from scenes.render.exr.layers import UNREADABLE_CURE, is_sealed, read_header
+    from scenes.render.exr.layer_file import UNREADABLE_CURE, is_sealed, read_header
 
     def need(good: bool, rule: str) -> None:
         if not good:

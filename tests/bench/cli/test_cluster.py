@@ -37,7 +37,7 @@ def poisonous(settings, frame, path, threads, most_bytes):
     if frame == 7:
         os._exit(1)
     from scenes.frame.layers import Layers
-    from scenes.render.exr.layers import write_exr
+    from scenes.render.exr.layer_file import write_exr
 
     ids, colour = np.full((4, 8), frame), np.full((4, 8, 3), frame / 100)
     partial_ = partial_path(Path(path))

@@ -17,7 +17,7 @@ import signal
 
 import numpy as np
 
-from scenes.render.exr.layers import write_exr
+from scenes.render.exr.layer_file import write_exr
 from scenes.frame.layers import Layers
 from scenes.render.exr.header import settings_attributes
 from scenes.render.worker import serve

@@ -11,7 +11,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from bench.images.compare import FLOOR, LEAST_PAIRS, mean_flip, one_sided_excess
+from bench.images.differences import FLOOR, LEAST_PAIRS, mean_flip, one_sided_excess
 from lod.air import CLEAR
 from lod.pruner import prune
 from scenes.presets.load import load_preset

@@ -16,7 +16,7 @@ from bench.experiments.viewing import (
     left_out,
     one_sided_excess_flip,
 )
-from bench.images.compare import LEAST_PAIRS
+from bench.images.differences import LEAST_PAIRS
 from bench.lens_cuts import BANDS_M, LENS_CUTS, LensFields, LensPictures
 from bench.motion_cuts import BARE, FAST, MOVES, Move, Pictures, displayed_parts
 from bench.part_sizes import SIZES, part_counts, predicted_parts, prototypes_with, size_class

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from bench.experiments.images import EXPERIMENT, claims, plots
-from bench.images.compare import (
+from bench.images.differences import (
     PAIR_BANDS,
     Looks,
     bias,

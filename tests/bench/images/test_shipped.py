@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from bench.experiments.images import EXPERIMENT, claims, plots
-from bench.images.compare import Looks, errors, flips, sum_land
+from bench.images.differences import Looks, errors, flips, sum_land
 from bench.images.shipped import (
     BANDS,
     EVERYTHING,

@@ -22,10 +22,9 @@ from bench.experiments.methods import (
     tables,
 )
 from bench.frame_costs import Picture
-from bench.images.compare import PAIR_BANDS
+from bench.images.differences import PAIR_BANDS
 from bench.images.equal_error import EQUAL_ERROR
 from bench.methods import environments
-from bench.methods.catalogue import culled_beyond, methods
 from bench.methods.comparison import (
     at_equal_error,
     beside_best_baseline,
@@ -33,6 +32,7 @@ from bench.methods.comparison import (
 )
 from bench.methods.cycles import chains, measure_cycles, noise
 from bench.methods.environments import CYCLES, VIDEO, answer_of
+from bench.methods.known_methods import culled_beyond, methods
 from bench.methods.method import Method, by_view
 from bench.methods.runner import STAGES, Window
 from bench.methods.video import just_objectionable_differences

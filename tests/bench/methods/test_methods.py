@@ -10,8 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bench.frame_costs import Picture, window_preset
-from bench.methods import catalogue
-from bench.methods.catalogue import METHODS, culled_beyond, methods
+from bench.methods import known_methods as catalogue
 from bench.methods.discrete_levels import (
     BAND,
     NOTHING,
@@ -22,6 +21,7 @@ from bench.methods.discrete_levels import (
     version_limits,
     versions_at,
 )
+from bench.methods.known_methods import METHODS, culled_beyond, methods
 from bench.methods.method import engine_view
 from bench.methods.stochastic import (
     CONTRASTS,

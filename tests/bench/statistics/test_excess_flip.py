@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bench.images.compare import FLOOR, ExcessFlip, flip_map, mean_flip, one_sided_excess
+from bench.images.differences import FLOOR, ExcessFlip, flip_map, mean_flip, one_sided_excess
 from lod.errors import InputError
 
 HEIGHT, WIDTH = 24, 40

@@ -24,8 +24,8 @@ from scenes.appearance.sky import (
 from scenes.appearance.tone import Illumination, _fit, _solve, fit_tone, lone_object, outgoing_light
 from scenes.render import variants
 from scenes.sticks.by_view import ELEVATIONS_DEG, ViewDependence
+from scenes.sticks.object_shapes import Shapes
 from scenes.sticks.prototype import LUMINANCE, PartPlaces, assemble_prototype
-from scenes.sticks.shapes import Shapes
 from tests.tools.sky_table import cells
 
 BLACK = np.zeros(3)

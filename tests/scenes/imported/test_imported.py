@@ -26,7 +26,7 @@ from scenes.imported.imported_prototype import (
 )
 from scenes.imported.library import read_model
 from scenes.imported.part_tree import PartTree
-from scenes.render.drivers.motion_vectors import carry_with_triangle
+from scenes.render.motion_vectors import carry_with_triangle
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.sticks.areas import areas_of_parts, directions
 from scenes.sticks.by_view import ELEVATIONS_DEG

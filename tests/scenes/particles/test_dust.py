@@ -267,7 +267,8 @@ def test_walkers_are_told_apart():
 def test_only_who_is_asked_to_throws_up_dust():
     table = {"model": "rabbit", "density": 0.01, "patrol": 5.0}
     clean, dusty = (
-        Scene(preset_from({"species": {"hare": table | asked}})) for asked in ({}, {"dust": True})
+        Scene(preset_from({"species": {"hare": table | asked}})).world
+        for asked in ({}, {"dust": True})
     )
     assert clean.dust == () and clean.beside == ()
     assert [each.name for each in dusty.beside] == ["hare.dust"]

@@ -25,7 +25,7 @@ from scenes.render.cluster import (
     sweep,
 )
 from scenes.render.exr.header import frame_settings
-from scenes.render.exr.layers import write_exr
+from scenes.render.exr.layer_file import write_exr
 from scenes.render.exr.sequence import open_job, render_sequence
 from scenes.render.frame_session import FrameSession
 

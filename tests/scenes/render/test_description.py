@@ -13,8 +13,8 @@ from scenes.frame.frame_input import FrameInput, Quality, sampler_seed
 from scenes.frame.layers import SKY_Z
 from scenes.render import variants
 from scenes.render.build import build_scene
+from scenes.render.camera_rays import sample_groups, square_sides
 from scenes.render.description import ALIGNMENT, PlacedSticks, batches, describe_frame
-from scenes.render.drivers.camera_rays import sample_groups, square_sides
 from scenes.render.haze import Direction, NumpyArrays, air_along, make_haze
 from scenes.render.render import render_frame
 from scenes.render.scattered_layer import with_scattering_layer

@@ -11,7 +11,7 @@ from PIL import Image
 from lod.errors import InputError
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.layers import Layers
-from scenes.render.exr.layers import write_exr
+from scenes.render.exr.layer_file import write_exr
 from scenes.render.pictures import (
     KEY,
     LEVELS,

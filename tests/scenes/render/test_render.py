@@ -20,7 +20,7 @@ from scenes.presets.schema import OutputPreset
 from scenes.presets.values import parse_crop
 from scenes.render import variants
 from scenes.render.exr.header import frame_header
-from scenes.render.exr.layers import channel_types, read_exr, read_pixels, write_exr
+from scenes.render.exr.layer_file import channel_types, read_exr, read_pixels, write_exr
 from scenes.render.render import build_frame, render_frame, render_subframes, trace
 from scenes.scene import Scene
 

@@ -15,15 +15,10 @@ from scenes.presets.load import load_preset
 from scenes.render import variants
 from scenes.render.build import build_scene
 from scenes.render.description import describe_frame
-from scenes.render.drivers.motion_vectors import (
-    carry_with_stick,
-    motion_vectors,
-    next_positions,
-    project,
-)
-from scenes.render.drivers.scalar_passes import render_passes
 from scenes.render.haze import make_haze
+from scenes.render.motion_vectors import carry_with_stick, motion_vectors, next_positions, project
 from scenes.render.render import render_frame
+from scenes.render.scalar_passes import render_passes
 from scenes.rig.pose import pose_points
 from scenes.rig.rotations import rotate_vectors, shortest_arc
 from scenes.scene import Scene

@@ -17,7 +17,7 @@ from lod.errors import InputError
 from scenes.frame.layers import Layers
 from scenes.presets.load import load_preset, preset_from, preset_names
 from scenes.presets.schema import OutputPreset
-from scenes.render.exr import layers as exr
+from scenes.render.exr import layer_file as exr
 from scenes.render.exr.header import (
     frame_header,
     frame_settings,
@@ -25,7 +25,7 @@ from scenes.render.exr.header import (
     settings_attributes,
     settings_in,
 )
-from scenes.render.exr.layers import read_header, write_exr
+from scenes.render.exr.layer_file import read_header, write_exr
 from scenes.render.exr.sequence import read_whole, settings_hash
 
 EYE = np.array([1.25, 2.0, 3.0])

@@ -20,9 +20,9 @@ from lod.errors import InputError
 from scenes.frame.layers import SKY_Z, Layers, add_coverage
 from scenes.presets.schema import OutputPreset
 from scenes.render import variants
-from scenes.render.exr import layers as exr
+from scenes.render.exr import layer_file as exr
 from scenes.render.exr.header import frame_header, picture_windows
-from scenes.render.exr.layers import (
+from scenes.render.exr.layer_file import (
     MATTE_CHANNELS,
     PIXELS_SHA256,
     RANKS,

@@ -22,7 +22,7 @@ from lod.camera import Corner, camera_from_heading
 from scenes.frame.layers import SKY_Z, Layers
 from scenes.presets.schema import OutputPreset
 from scenes.render.exr.header import frame_header
-from scenes.render.exr.layers import write_exr
+from scenes.render.exr.layer_file import write_exr
 
 os.environ["OPENCV_IO_ENABLE_OPENEXR"] = "1"  # before its first look at a file
 

@@ -12,7 +12,7 @@ from scenes.files import DiskError, frame_path
 from scenes.frame.layers import Layers
 from scenes.presets.load import preset_from
 from scenes.render.exr.header import frame_settings, settings_attributes
-from scenes.render.exr.layers import read_exr, write_exr
+from scenes.render.exr.layer_file import read_exr, write_exr
 from scenes.render.exr.sequence import (
     FrameFailed,
     open_job,

@@ -9,7 +9,7 @@ from lod.errors import InputError
 from scenes.frame.layers import Layers
 from scenes.presets.load import preset_from
 from scenes.render.exr.header import frame_settings, settings_attributes
-from scenes.render.exr.layers import write_exr
+from scenes.render.exr.layer_file import write_exr
 from scenes.render.exr.sequence import open_job, render_sequence
 from scenes.render.exr.verify import check_folder, repairs
 

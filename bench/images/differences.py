@@ -1,0 +1,418 @@
+"""How far is a picture from another? FLIP, noise, luminance and coverage by band of distance.
+
+FLIP (Andersson et al., "FLIP: A Difference Evaluator for Alternating Images", HPG 2020) is what is
+perceived when two pictures are flipped between, 0 to 1 a pixel; here its mean over the picture.
+Pictures are linear radiance, and FLIP and SSIM compare them as displayed: at one exposure for a
+view, that of its reference, through the curve of ``scenes.render.pictures``, not rounded to 8 bits.
+Two noisy renders of one scene differ too, and noise is taken away in one of two ways.
+
+**Excess.** With seeds a and b, excess = FLIP(tested, a; reference, b) − FLIP(reference, a;
+reference, b), and the second term is the noise floor. It is the mean over independent pairs of
+seeds. FLIP does not add up: noise hides part of a difference, so the excess is only worth quoting
+where the floor is low (FLOOR).
+
+**Extrapolation.** The mean FLIP of two renders with other seeds grows with their noise, whose
+standard deviation falls as 1/√N with N samples a pixel. So errors at several N are fitted by
+a + b/√N (least squares), and a is what is left where nothing is noisy. Nothing is subtracted from
+it: two renders of one scene have an a near 0, which tells how far the fit can be trusted.
+
+The land's luminance is summed over rays, each of which is of one place alone: pictures of one
+sample a pixel have a distance for every ray, and no pixel is half land and half sky.
+
+One-sided bounds are Student's t: the truth is above the upper bound in 5 % of experiments, and
+below the lower bound in 5 %, so both together are a two-sided 90 % interval.
+"""
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float, Float64, Int64
+from scipy import stats
+
+from bench.records.records import Column, Key, Point, columns
+from bench.statistics.estimates import Estimate, two_sided_paired_ratio, two_sided_ratio_of_means
+from bench.statistics.fits import ONE_SIDED_CONFIDENCE, noise_free, one_sided_mean
+from lod.arrays import Reals, freeze
+from lod.errors import InputError
+from scenes.frame.frame_input import FrameInput
+from scenes.frame.layers import SKY_Z, Layers
+from scenes.render.pictures import auto_exposure, to_srgb
+from scenes.render.render import build_frame, trace
+from scenes.sticks.prototype import LUMINANCE
+
+Radiance = Float64[np.ndarray, "h w 3"]
+"""A picture as linear radiance."""
+
+PIXELS_PER_DEGREE = 67.0
+"""The usual fineness of a display before a viewer: a 0.7 m wide 4K screen at 0.7 m."""
+
+LEAST_PAIRS = 8
+"""The fewest pairs of seeds of which an excess is estimated."""
+
+FLOOR = 0.01
+"""The highest noise floor at which an excess is quoted."""
+
+Picture = Float[np.ndarray, "_ _ 3"]
+"""A picture as it is displayed: sRGB-encoded, 0 to 1, exposure and tone curve applied."""
+
+
+@dataclass(frozen=True)
+class ExcessFlip:
+    """An excess of FLIP over its noise floor, means over pairs of seeds.
+
+    excess     the mean excess
+    low, high  its one-sided 95 % bounds: the truth is past each of them in 1 of 20 experiments
+    floor      FLIP of the reference against itself with another seed
+    pairs      how many independent pairs of seeds there are
+    """
+
+    excess: float
+    low: float
+    high: float
+    floor: float
+    pairs: int
+
+
+def one_sided_excess(tested: Reals, noise: Reals) -> ExcessFlip:
+    """Compute the excess and its one-sided bounds from both terms of each pair, (pairs,) each.
+
+    Raises InputError for fewer than LEAST_PAIRS pairs.
+    """
+    if len(tested) < LEAST_PAIRS:
+        raise InputError("pairs", len(tested), f"at least {LEAST_PAIRS} pairs of seeds")
+    excess = tested - noise
+    error = float(excess.std(ddof=1)) / math.sqrt(len(excess))
+    mean, reach = (
+        float(excess.mean()),
+        float(stats.t.ppf(ONE_SIDED_CONFIDENCE, len(excess) - 1)) * error,
+    )
+    return ExcessFlip(mean, mean - reach, mean + reach, float(noise.mean()), len(excess))
+
+
+def mean_flip(
+    test: Picture, reference: Picture, pixels_per_degree: float = PIXELS_PER_DEGREE
+) -> float:
+    """Return the mean FLIP of two displayed pictures, by its authors' evaluator.
+
+    Raises InputError for pictures of different shapes and for values outside 0 to 1.
+    """
+    return _evaluated(test, reference, pixels_per_degree, False)[1]
+
+
+def flip_by_pixel(test: Picture, reference: Picture) -> Reals:
+    """Return FLIP of every pixel of two displayed pictures, row by row, (h·w,).
+
+    Raises as ``mean_flip`` does.
+    """
+    return _evaluated(test, reference, PIXELS_PER_DEGREE, False)[0].astype(np.float64).ravel()
+
+
+def flip_map(
+    test: Picture, reference: Picture, pixels_per_degree: float = PIXELS_PER_DEGREE
+) -> Picture:
+    """Return FLIP of every pixel in its authors' colours: dark where it is 0, bright where it is 1.
+
+    Raises InputError for pictures of different shapes and for values outside 0 to 1.
+    """
+    return _evaluated(test, reference, pixels_per_degree, True)[0]
+
+
+def _evaluated(
+    test: Picture, reference: Picture, pixels_per_degree: float, coloured: bool
+) -> tuple[np.ndarray, float]:
+    """Return the map of FLIP and its mean."""
+    import flip_evaluator
+
+    for name, picture in (("test", test), ("reference", reference)):
+        if picture.shape != reference.shape:
+            raise InputError(name, picture.shape, f"both pictures are {reference.shape}")
+        if not (np.isfinite(picture).all() and picture.min() >= 0 and picture.max() <= 1):
+            raise InputError(name, "a value outside 0 to 1", "pictures are sRGB, 0 to 1")
+    pair = (np.ascontiguousarray(p, np.float32) for p in (reference, test))
+    settings = {"ppd": float(pixels_per_degree)}
+    found, mean, _ = flip_evaluator.evaluate(*pair, "LDR", True, coloured, True, settings)
+    return np.asarray(found), float(mean)
+
+
+REFERENCE, TESTED, LIGHT = 0, 1000, 2000
+"""First frame numbers of samples: pictures of the reference and of what is tested have others.
+
+The light of both is of the same samples: where they show the same, there is no noise between them.
+"""
+
+
+@dataclass(frozen=True, eq=False)
+class LandLight:
+    """Sums over the rays that meet land, by bands of distance, (bands,) each.
+
+    light  luminance
+    rays   how many there are
+    """
+
+    light: Float64[np.ndarray, " bands"]
+    rays: Int64[np.ndarray, " bands"]
+
+    def __post_init__(self) -> None:
+        freeze(self, light=np.float64, rays=np.int64)
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """What is seen of one scene.
+
+    pictures  linear radiance, one of every count of samples
+    land      the light of the land by bands of distance
+    Z         (h, w) distance of what each pixel shows [m], in the last picture
+    sticks, triangles   how many the scene has
+    """
+
+    pictures: tuple[Radiance, ...]
+    land: LandLight
+    Z: np.ndarray
+    sticks: int
+    triangles: int
+
+
+@dataclass(frozen=True)
+class Looks:
+    """How scenes are looked at: samples of a pixel in each picture, and passes over the light."""
+
+    samples: tuple[int, ...]
+    light_passes: int
+
+
+def look(frame_input: FrameInput, looks: Looks, edges_m: np.ndarray, first: int) -> Seen:
+    """Build a frame's scene once and look at it; its pictures are of samples ``first`` and on."""
+    stage, quality = build_frame(frame_input), frame_input.quality
+    made = [
+        trace(stage, replace(quality, spp=spp), first + k) for k, spp in enumerate(looks.samples)
+    ]
+    passes = (trace(stage, replace(quality, spp=1), LIGHT + k) for k in range(looks.light_passes))
+    land = sum_land(((each.rgb, each.Z) for each in passes), edges_m)
+    pictures = tuple(each.rgb.astype(np.float64) for each in made)
+    counts = made[0].statistics
+    return Seen(pictures, land, made[-1].Z, counts["sticks"], counts["triangles"])
+
+
+def sum_land(passes: Iterable[tuple[np.ndarray, np.ndarray]], edges_m: np.ndarray) -> LandLight:
+    """Sum the luminance of rays that meet land, band by band.
+
+    ``passes`` are pairs of radiance (h, w, 3) and distance (h, w) [m], of one ray a pixel.
+    """
+    bands = len(edges_m) - 1
+    light, rays = np.zeros(bands), np.zeros(bands, np.int64)
+    for rgb, Z in passes:
+        land = Z < SKY_Z
+        band = np.digitize(Z[land].astype(np.float64), edges_m[1:-1])
+        light += np.bincount(band, rgb[land].astype(np.float64) @ LUMINANCE, bands)
+        rays += np.bincount(band, minlength=bands)
+    return LandLight(light, rays)
+
+
+def flips(tested: Sequence[Radiance], reference: Sequence[Radiance]) -> list[float]:
+    """Return the mean FLIP of each two pictures with as many samples, as ``flips_by_pixel``."""
+    return [float(each.mean()) for each in flips_by_pixel(tested, reference)]
+
+
+def flips_by_pixel(tested: Sequence[Radiance], reference: Sequence[Radiance]) -> list[Reals]:
+    """Return FLIP of every pixel of each two pictures with as many samples, row by row.
+
+    They are displayed at one exposure, that of the reference's last picture.
+    """
+    exposure = auto_exposure(reference[-1])
+    shown = (
+        [to_srgb(each, exposure).astype(np.float32) for each in pictures]
+        for pictures in (tested, reference)
+    )
+    return [flip_by_pixel(one, other) for one, other in zip(*shown, strict=True)]
+
+
+def band_name(edges_m: Sequence[float], band: int) -> str:
+    """Write from where to where a band of distance reaches; the last has no end."""
+    low, high = edges_m[band : band + 2]
+    return f"from {low:.3g} m" if high >= SKY_Z else f"{low:.4g}–{high:.4g} m"
+
+
+def band_sums(
+    point: Point, quantity: str, band: int, pictures: tuple[str, str] = ("tested", "reference")
+) -> tuple[Reals, Reals]:
+    """Return sums of a quantity over a band in both pictures, by replicate, (n,) each."""
+    one, other = (point.values(quantity, picture=each, band=band) for each in pictures)
+    return one, other
+
+
+def luminance_ratio(
+    point: Point,
+    band: int,
+    light: str = "light",
+    pictures: tuple[str, str] = ("tested", "reference"),
+) -> Estimate:
+    """Estimate a band's mean luminance ÷ the reference's, each by its own distances."""
+    (lit, of_reference), (rays, all_rays) = (
+        band_sums(point, each, band, pictures) for each in (light, "rays")
+    )
+    return two_sided_ratio_of_means(lit, rays, of_reference, all_rays)
+
+
+def coverage_ratio(
+    point: Point, band: int, pictures: tuple[str, str] = ("tested", "reference")
+) -> Estimate:
+    """Estimate the share of the picture that a band fills ÷ that in the reference."""
+    return two_sided_paired_ratio(*band_sums(point, "rays", band, pictures))
+
+
+def flip_columns(point: Point) -> list[Column]:
+    """Return the columns of mean FLIP [ppm], from the fewest samples of a pixel to the most."""
+    mine = [each for each in point.samples if each.quantity == "flip_ppm"]
+    return sorted(mine, key=lambda each: int(each.keys["samples"]))
+
+
+def errors(point: Point) -> Reals:
+    """Return mean FLIP without noise of every replicate, (n,)."""
+    found = flip_columns(point)
+    counts = np.array([each.keys["samples"] for each in found], np.float64)
+    return noise_free(counts, np.array([each.values for each in found]) / 1e6)
+
+
+def same_place(point: Point, band: int) -> Estimate | None:
+    """Estimate FLIP without noise of the pixels that show a band in the reference.
+
+    It is a mean over the replicates where it is in the picture; None where those are fewer than
+    two.
+    """
+    pixels = point.values("pixels", band=band)
+    seen = pixels > 0
+    if seen.sum() < 2:
+        return None
+    mine = [c for c in point.samples if c.quantity == "flip_sum_ppm" and c.keys["band"] == band]
+    sums = np.array([each.values for each in mine])[:, seen] / 1e6
+    counts = np.array([each.keys["samples"] for each in mine], np.float64)
+    return one_sided_mean(noise_free(counts, sums / pixels[seen]))
+
+
+def sums_by_band(
+    quantity: str, values: np.ndarray, keys: dict[str, Key], unit: float = 1e-6
+) -> list[Column]:
+    """Make a column of whole numbers of a unit for each band."""
+    return [
+        Column(quantity, [round(float(value) / unit)], keys | {"band": band})
+        for band, value in enumerate(values)
+    ]
+
+
+BAND_EDGES_M = (0.0, 20.0, 60.0, 200.0)
+"""The distances where bands of mean luminance begin [m]; the last band is the sky."""
+
+EPSILON = 0.01
+"""The number added to the squared reference of relMSE, in exposed light."""
+
+
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """The unpruned view: two pictures of every pair of seeds, and what is measured of them.
+
+    same, other     pictures with the seed of the tested picture, and with another seed
+    floors          FLIP, SSIM and relMSE of every pair, as ``picture_errors`` returns them
+    exposure, mean  exposure and mean exposed light of all pictures of ``other``
+    Z               (h, w) distance of what each pixel shows [m]
+    """
+
+    same: tuple[Radiance, ...]
+    other: tuple[Radiance, ...]
+    exposure: float
+    mean: Radiance
+    Z: np.ndarray
+    floors: dict[str, list[int]]
+
+
+def reference_of(same: Sequence[Layers], other: Sequence[Layers]) -> Reference:
+    """Make the reference of rendered frames."""
+    pictures = [[each.rgb.astype(np.float64) for each in row] for row in (same, other)]
+    mean = np.mean(pictures[1], axis=0)
+    exposure = auto_exposure(mean)
+    one, two = map(tuple, pictures)
+    plain = Reference(one, two, exposure, mean * exposure, same[0].Z, {})
+    floors = {f"{name}_floor": row for name, row in _errors(one, plain).items()}
+    return replace(plain, floors=floors)
+
+
+def picture_errors(tested: Sequence[Radiance], whole: Reference) -> tuple[Column, ...]:
+    """Measure every pair: FLIP and SSIM with their floors, relMSE, and relMSE without noise.
+
+    Errors are in millionths, luminance is in 10⁻⁹ of its unit.
+    """
+    unbiased = {"relmse_bias": [_ppm(each) for each in bias(tested, whole)]}
+    errors = columns(_errors(tested, whole) | whole.floors | unbiased)
+    return (*errors, *_luminances(tested, whole))
+
+
+def _errors(tested: Sequence[Radiance], whole: Reference) -> dict[str, list[int]]:
+    """Return FLIP, SSIM and relMSE of every pair, with noise."""
+    pairs = range(len(tested))
+    test, other = (
+        [to_srgb(p, whole.exposure).astype(np.float32) for p in row]
+        for row in (tested, whole.other)
+    )
+    return {
+        "flip": [_ppm(mean_flip(test[k], other[k])) for k in pairs],
+        "ssim": [_ppm(ssim(test[k], other[k])) for k in pairs],
+        "relmse": [_ppm(rel_mse(tested[k], whole.other[k], whole)) for k in pairs],
+    }
+
+
+def ssim(one: np.ndarray, two: np.ndarray) -> float:
+    """Return the structural similarity of two displayed pictures (Wang et al. 2004)."""
+    from skimage.metrics import structural_similarity
+
+    found = structural_similarity(
+        one, two, channel_axis=2, data_range=1.0, gaussian_weights=True, sigma=1.5
+    )
+    return float(found)
+
+
+def rel_mse(one: Radiance, two: Radiance, whole: Reference) -> float:
+    """Return the mean of squared difference ÷ squared reference."""
+    return _product(one - two, one - two, whole)
+
+
+def bias(tested: Sequence[Radiance], whole: Reference) -> list[float]:
+    """Return relMSE without noise: products of differences whose seeds are independent.
+
+    E[(Tᵢ − Rᵢ)(Tⱼ − Rⱼ)] = (E[T] − E[R])² for i ≠ j; here j is the pair after i, and the first
+    after the last.
+    """
+    apart = [one - two for one, two in zip(tested, whole.same, strict=True)]
+    return [_product(apart[k - 1], apart[k], whole) for k in range(len(apart))]
+
+
+def _product(one: Radiance, two: Radiance, whole: Reference) -> float:
+    return float(np.mean(one * two * whole.exposure**2 / (whole.mean**2 + EPSILON)))
+
+
+def _luminances(tested: Sequence[Radiance], whole: Reference) -> list[Column]:
+    """Return the mean luminance of every picture, by the reference's bands of distance."""
+    edges = (*BAND_EDGES_M, float(SKY_Z))
+    made: list[Column] = []
+    for low, high in zip(edges, (*edges[1:], np.inf), strict=True):
+        mine = (whole.Z >= low) & (whole.Z < high)
+        name = pair_band_name(low)
+        made.append(Column("pixels", [int(mine.sum())], {"band": name}))
+        for which, row in (("tested", tested), ("reference", whole.same)):
+            light = [float((p[mine] @ LUMINANCE).mean()) if mine.any() else 0.0 for p in row]
+            nano = [round(1e9 * each) for each in light]
+            made.append(Column("luminance", nano, {"picture": which, "band": name}))
+    return made
+
+
+def pair_band_name(low: float) -> str:
+    """Return the name of the band that begins at a distance [m]."""
+    return "sky" if low == float(SKY_Z) else f"from {low:g} m"
+
+
+PAIR_BANDS = tuple(pair_band_name(low) for low in (*BAND_EDGES_M, float(SKY_Z)))
+
+
+def _ppm(value: float) -> int:
+    return round(1e6 * value)

@@ -1,1 +1,0 @@
-"""This package samples a built scene, with one driver for each kind of variant."""
