@@ -25,8 +25,8 @@ from lod.errors import InputError
 WITHIN = within(2.0, 0.02)
 
 
-def a_claim(low, high, bound=WITHIN, **more):
-    found = Estimate((low + high) / 2, low, high, 0.1, 1.0, 9)
+def a_claim(low, high, bound=WITHIN, replicates=9, **more):
+    found = Estimate((low + high) / 2, low, high, 0.1, 1.0, replicates)
     return claim(
         "exponent of parts against τ",
         bound,
@@ -125,9 +125,10 @@ def test_a_claim_outside_its_own_interval_is_refused():
         replace(a_claim(1.0, 2.0), measured=3.0)
 
 
-def test_a_number_without_spread_says_that_it_is_exact():
+def test_a_single_number_says_that_it_is_exact_or_unreplicated():
     with pytest.raises(InputError, match="exact"):
-        a_claim(2.0, 2.0)
+        a_claim(2.0, 2.0, replicates=1)
+    assert a_claim(2.0, 2.0).verdict == "holds", "nine fields that agree"
     assert a_claim(2.0, 2.0, unit=EXACT).measured_text == "2.0000 (exact)"
     assert a_claim(2.0, 2.0, equals(2.0), unit=EXACT).verdict == "holds"
 
