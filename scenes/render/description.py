@@ -104,8 +104,8 @@ def batches(
     columns = [_Columns(*(getattr(p.sticks, k) for k in _Columns._fields)) for p in placed]
     count = np.zeros((2, len(tints)), np.int64)
     last = np.zeros((len(tints), 4), np.float32)
-    for each, number in zip(columns, number_of, strict=True):
-        _count(each, number, count, last)
+    for own_columns, number in zip(columns, number_of, strict=True):
+        _count(own_columns, number, count, last)
     # Tints lie side by side, in exactly the room that their sticks and points take.
     rows = np.append(0, np.cumsum(count[0]))
     laid = np.stack((rows[:-1], np.cumsum(count[1]) - count[1]))
