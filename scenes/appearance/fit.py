@@ -34,7 +34,7 @@ from lod.arrays import Ints, Points, Reals
 from lod.shapes import StickTable
 from lod.threads import map_chunks
 from scenes.appearance.visible_area import CrownViews, look_at
-from scenes.processes.cache import content_key, kept
+from scenes.processes.cache import kept, rounded_key
 from scenes.processes.progress import tell
 from scenes.sticks.areas import COARSE, directions, mean_area, mean_outline_areas
 from scenes.sticks.by_view import ELEVATIONS_DEG, ViewDependence, with_area_share
@@ -130,7 +130,7 @@ def fit_appearances(parts: PartSticks) -> FittedAppearances:
     own = parts.own.first, *parts.own.columns
     meshes = None if parts.meshes is None else (parts.meshes.first_face, *parts.meshes.surface)
     chosen = None if parts.chosen is None else (parts.chosen.first, *parts.chosen.columns)
-    key = content_key(parts.parent, parts.level, own, parts.palette, meshes, chosen)
+    key = rounded_key(parts.parent, parts.level, own, parts.palette, meshes, chosen)
     arrays = kept("appearance", key, make, CODE)
     leaf = StickTable(*(arrays[name] for name in _COLUMNS))
     views = ViewDependence.of_area(arrays["table_row"], arrays["area_share"])

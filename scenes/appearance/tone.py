@@ -26,7 +26,7 @@ from lod.threads import map_chunks
 from scenes.appearance.fit import CODE
 from scenes.appearance.ray_grid import Grids, intersect_ray, make_grids, normal_at
 from scenes.appearance.sky import GRASS, SunAndSky, cosine_direction, sky_at
-from scenes.processes.cache import content_key, kept
+from scenes.processes.cache import kept, rounded_key
 from scenes.processes.progress import tell
 from scenes.sticks.by_view import AZIMUTHS_DEG, ELEVATIONS_DEG, with_area_share
 from scenes.sticks.object_shapes import Shapes
@@ -79,13 +79,13 @@ def fit_tone(
     azimuths (``scenes.sticks.by_view``).
     """
     shapes = [each.scaled(SIZE_M / float(each.hierarchy.R[0])) for each in objects]
-    rounded = []  # so that the size of an object does not tell
+    looks = []  # rounded, so that the size of an object does not tell
     for each in shapes:
         sticks = (each.inner.first, *each.inner.columns, each.leaf.first, *each.leaf.columns)
         meshes = () if each.meshes is None else each.meshes.surface
         rest = each.tints, each.view_dependence.area_share, each.hierarchy.level
-        rounded.append([np.round(column, 6) for column in (*sticks, *meshes, *rest)])
-    key = content_key(rounded, illumination, lines)
+        looks.append((*sticks, *meshes, *rest))
+    key = rounded_key(looks, illumination, lines)
     return kept("tone", key, lambda: {"tone": _fit(shapes, illumination, lines)}, CODE)["tone"]
 
 

@@ -31,7 +31,7 @@ from lod.threads import map_chunks
 from scenes.appearance.ray_grid import NOTHING, Grids, intersect_ray, make_grids, normal_at
 from scenes.appearance.sky import Sky, SunAndSky, cosine_direction
 from scenes.noise import lattice_bits, unit_float
-from scenes.processes.cache import content_key, kept_data
+from scenes.processes.cache import kept_data, rounded_key
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.sticks.areas import areas_of_parts, mean_outline_areas
 from scenes.sticks.prototype import Prototype
@@ -457,7 +457,7 @@ def measure_stand(
     bare = [[full_detail_sticks(prototype) for prototype in prototypes] for prototypes, _ in kinds]
     densities = [density for _, density in kinds]
     light = SunAndSky.at_azimuths(sun_elevation_deg, AZIMUTHS_DEG, sky)
-    key = content_key(bare, densities, sun_elevation_deg, sky, max_depth, lines)
+    key = rounded_key(bare, densities, sun_elevation_deg, sky, max_depth, lines)
     return kept_data("stand", key, lambda: _measured(bare, densities, light, max_depth, lines))
 
 

@@ -2,15 +2,21 @@
 
 ``kept`` looks for arrays by a key, and makes them where there are none that can be used;
 ``kept_data`` does so for frozen data made of arrays, as prototypes are. An entry is one file, an
-uncompressed .npz, named for the hash of its key, of the sources that make it and of the versions of
-NumPy and Python, so that nothing old is ever found. It is whole or not there (``whole_file``),
-whoever else writes it at the same time, for two makers make the same; what is damaged is made
-again. Nothing needs the cache: where no folder can be written to, everything is made each time.
+uncompressed .npz, named for the hash of its key and for that of the sources that make it and of the
+versions of NumPy and Python, so that nothing old is ever found. It is whole or not there
+(``whole_file``), whoever else writes it at the same time, for two makers make the same; what is
+damaged is made again. Nothing needs the cache: where no folder can be written to, everything is
+made each time.
+
+What is fitted for the presets comes with the package, in ``FITTED``, where it is found by its key
+alone: entries of a cache that the program filled from nothing. ``python -m tests.tools.fitted``
+writes the file, and a slow test makes all of it again and compares.
 """
 
 import functools
 import hashlib
 import importlib
+import io
 import json
 import os
 import platform
@@ -18,6 +24,7 @@ import shutil
 import tempfile
 import threading
 import time
+import zipfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, fields, is_dataclass
@@ -40,7 +47,10 @@ PACKAGES = tuple(ROOT / name for name in ("lod", "scenes", "bench"))
 LIMIT_BYTES = 2 * 2**30
 """Size above which the entries that were used longest ago are removed."""
 
-_FORMAT = "arrays 2"
+FITTED = ROOT / "scenes" / "appearance" / "fitted.zip"
+FITTED_KINDS = ("appearance", "tone", "stand", "sky")
+
+_FORMAT = "arrays 3"
 _SUBFOLDER, _SUFFIX = "arrays", ".arrays"
 _ABANDONED_S = 24 * 3600.0
 """After which a file that nobody finished is removed."""
@@ -71,9 +81,12 @@ def kept(
     Name less only for what takes minutes to make, and then everything that ``make`` calls or reads.
     Raises TypeError for arrays of Python objects, which no file holds.
     """
+    entry_key = content_key(kind, key)[:40]
+    if found := _fitted().get(f"{kind}/{entry_key}"):
+        return {name: _read_only(_member(path)) for name, path in found.items()}
     made_by = (np.__version__, platform.python_version(), platform.machine())
-    digest = content_key(_FORMAT, kind, key, made_by, _code_digest(tuple(code)))
-    name = Path(_SUBFOLDER, kind, f"{digest[:40]}{_SUFFIX}")
+    sources = content_key(_FORMAT, made_by, _code_digest(tuple(code)))[:24]
+    name = Path(_SUBFOLDER, kind, f"{entry_key}-{sources}{_SUFFIX}")
     for folder in cache_folders():
         with suppress(Exception):  # a damaged entry may appear as any error at all
             with np.load(folder / name, allow_pickle=False) as file:
@@ -91,6 +104,24 @@ def kept(
             _remove_oldest(folder)
             break
     return arrays
+
+
+@functools.cache
+def _fitted() -> dict[str, dict[str, str]]:
+    """List what comes with the package: members of FITTED by kind and key, and name of array."""
+    found: dict[str, dict[str, str]] = {}
+    if FITTED.is_file():
+        with zipfile.ZipFile(FITTED) as file:
+            for path in file.namelist():
+                entry, _, name = path.rpartition("/")
+                found.setdefault(entry, {})[name.removesuffix(".npy")] = path
+    return found
+
+
+def _member(path: str) -> np.ndarray:
+    with zipfile.ZipFile(FITTED) as file:
+        array: np.ndarray = np.load(io.BytesIO(file.read(path)), allow_pickle=False)
+        return array
 
 
 def _read_only(values: Any) -> np.ndarray:
@@ -276,6 +307,29 @@ def content_key(*values: Any) -> str:
     for piece in _pieces(values):
         digest.update(len(piece).to_bytes(8, "little") + piece)
     return digest.hexdigest()
+
+
+def rounded_key(*values: Any) -> str:
+    """Give a digest [hex] like that of ``content_key``, of arrays of reals to six decimals.
+
+    Machines differ in the last bits of what is grown, and then fits are the same to them.
+    """
+    return content_key(_rounded(values))
+
+
+def _rounded(value: Any) -> Any:
+    match value:
+        case np.ndarray() if value.dtype.kind == "f":
+            return np.round(value, 6) + 0.0  # no zero is negative
+        case np.ndarray() | str():
+            return value
+        case Mapping():
+            return {name: _rounded(each) for name, each in value.items()}
+        case list() | tuple():
+            return [_rounded(each) for each in value]
+        case _ if is_dataclass(value):
+            return [_rounded(getattr(value, each.name)) for each in fields(value)]
+    return value
 
 
 def _pieces(value: Any) -> Iterator[bytes]:
