@@ -12,7 +12,7 @@ from typing import NoReturn
 import click
 
 from bench.cli.kernel_cache import use_kernel_cache
-from bench.cli.output import making_shown
+from bench.cli.output import progress_shown
 from lod.errors import InputError
 from scenes.processes.signals import Stopped, ignore_signals, raise_when_stopped, restore
 from scenes.processes.streams import is_unread, open_standard_streams, write_failure
@@ -105,7 +105,7 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     words = list(sys.argv[1:] if arguments is None else arguments)
     code, line, before = OK, "", raise_when_stopped()
     try:
-        with program.make_context("lodbench", words) as context, making_shown():
+        with program.make_context("lodbench", words) as context, progress_shown():
             _require_current_folder()
             program.invoke(context)
     except BaseException as error:

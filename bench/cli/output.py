@@ -1,11 +1,12 @@
 """What a command prints: results as words or, with --json, as JSON lines alone on stdout.
 
-Progress is on stderr, as bars that are shown on a terminal only.
+Progress is on stderr: bars on a terminal, and elsewhere a line every ten seconds.
 """
 
 import json
 import os
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
@@ -96,7 +97,7 @@ def _plain(value: Any) -> Any:
     raise TypeError(f"{type(value).__name__} is no JSON")
 
 
-Progress = Callable[[int, int, str], None]
+Progress = Callable[[int, int, str], object]
 """Called with the number done, the number in all, and a name for what comes next."""
 
 _Item = TypeVar("_Item")
@@ -115,38 +116,81 @@ def bars_are_shown() -> bool:
     return sys.stderr.isatty() and not (command and command.params.get("as_json"))
 
 
-@contextmanager
-def making_shown() -> Iterator[None]:
-    """Show a bar while something is made inside that is then kept, as fitted appearances are."""
-    bar: Any = None
+class _Doing:
+    """What this process does at the moment: words for it, and the bar that shows it if one does."""
 
-    def show(what: str, done: float, steps: int) -> None:
+    def __init__(self) -> None:
+        self.text = ""
+        self.bar: Any = None
+        self._what, self._first, self._began = "", 0.0, 0.0
+
+    def tell(self, what: str, done: float, total: float) -> str:
+        """Note how far something is, and how long it still takes once that is known."""
+        now = time.monotonic()
+        if self._what != what:
+            self._what, self._first, self._began = what, done, now
+        self.text = f"{what} {done:.0f}/{total:.0f}" if total else what
+        if done > self._first:
+            left = (now - self._began) * (total - done) / (done - self._first)
+            self.text += f", {duration_text(left)} left"
+        return self.text
+
+
+_DOING = _Doing()
+SIGN_OF_LIFE_S = 10.0
+
+
+@contextmanager
+def progress_shown() -> Iterator[None]:
+    """Show what takes long inside: a bar on a terminal, a line every ten seconds elsewhere.
+
+    What is made once and then kept, as fitted appearances are, has a bar of its own.
+    """
+    bar: Any = None
+    ended, began = threading.Event(), time.monotonic()
+
+    def follow(what: str, done: float, steps: int) -> None:
         nonlocal bar
+        _DOING.tell(what, done, steps)
         if bar is None and done < steps and bars_are_shown():
             from tqdm import tqdm
 
             looks = {"bar_format": _MAKING_FORMAT, "leave": False, "smoothing": 0}
-            bar = tqdm(total=steps, initial=done, desc=what, file=sys.stderr, **looks)
+            bar = _DOING.bar = tqdm(total=steps, initial=done, desc=what, file=sys.stderr, **looks)
         if bar is not None:
             bar.n = done
             bar.refresh()
             if done >= steps:
                 bar.close()
-                bar = None
+                bar = _DOING.bar = None
 
-    with followed_by(show):
-        yield
+    def show_life() -> None:
+        while not ended.wait(SIGN_OF_LIFE_S):
+            if _DOING.bar is not None:
+                _DOING.bar.refresh()
+            else:
+                took = duration_text(time.monotonic() - began)
+                print(f"lodbench: {took}: {_DOING.text or 'working'}", file=sys.stderr, flush=True)
+
+    threading.Thread(target=show_life, daemon=True).start()
+    try:
+        with followed_by(follow):
+            yield
+    finally:
+        ended.set()
+        _DOING.text = ""
 
 
 @contextmanager
 def progress_bar(unit: str) -> Iterator[Progress]:
-    """Open a bar that counts units; it is silent away from a terminal and under --json."""
+    """Open a bar that counts units; away from a terminal and under --json it only notes them."""
     if not bars_are_shown():
-        yield lambda done, total, what: None
+        yield lambda done, total, what: _DOING.tell(what, done, total)
         return
     from tqdm import tqdm
 
     with tqdm(unit=unit, leave=False, file=sys.stderr) as bar:
+        _DOING.bar = bar
 
         def show(done: int, total: int, what: str) -> None:
             bar.total = total
@@ -156,7 +200,10 @@ def progress_bar(unit: str) -> Iterator[Progress]:
                 bar.n = done
                 bar.set_description(what)
 
-        yield show
+        try:
+            yield show
+        finally:
+            _DOING.bar = None
 
 
 def counted(
@@ -170,12 +217,10 @@ def counted(
 
 
 def tell_first_run() -> None:
-    """Say on a terminal why this command is slow to begin, where nothing is compiled yet."""
-    if bars_are_shown() and is_first_run():
-        what = (
-            "the first run compiles kernels and grows models, which takes a minute; both are kept"
-        )
-        print(f"lodbench: {what}", file=sys.stderr, flush=True)
+    """Say why this command is slow to begin, where nothing is compiled yet."""
+    if is_first_run():
+        _DOING.text = "compiling kernels and growing models: about a minute, both are kept"
+        print(f"lodbench: first run: {_DOING.text}", file=sys.stderr, flush=True)
 
 
 class FrameProgress:
@@ -183,7 +228,6 @@ class FrameProgress:
 
     def __init__(self, bar: Any) -> None:
         self._bar, self._done = bar, 0
-        self._making: tuple[str, float, float] = "", 0.0, 0.0
 
     def clear(self) -> None:
         """Clear the bar, so that a line can be printed in its place."""
@@ -203,29 +247,22 @@ class FrameProgress:
 
         ``total`` is 0 while the frame is prepared; ``making`` is what is made for it then.
         """
+        if making:
+            words = [_DOING.tell(*making)]
+        elif total:
+            frames = f"{self._done}/{self._bar.total} frames done"
+            _DOING.tell(f"{frames}, M samples of the next", traced / 1e6, total / 1e6)
+            words = [f"{traced / total:.0%} of {total / 1e6:.1f} M samples"]
+        else:
+            words = ["preparing"]
         if self._bar.disable:
             return
         import psutil
 
-        share = traced / total if total else 0.0
-        doing = f"{share:.0%} of {total / 1e6:.1f} M samples" if total else "preparing"
-        words = [self._making_text(*making) if making else doing]
         with suppress(psutil.Error):
             words.append(f"{psutil.Process(process).memory_info().rss / 1e9:.2f} GB")
         self._bar.set_postfix_str(", ".join(words), refresh=False)
-        self._move(self._done + share)
-
-    def _making_text(self, what: str, done: float, steps: int) -> str:
-        """Write how far something is, and how long it still takes once that is known."""
-        now = time.monotonic()
-        if self._making[0] != what:
-            self._making = what, done, now
-        _, first, began = self._making
-        text = f"{what} {done:.0f}/{steps}"
-        if done == first:
-            return text
-        left = (now - began) * (steps - done) / (done - first)
-        return f"{text}, {duration_text(left)} left"
+        self._move(self._done + (traced / total if total else 0.0))
 
     def _move(self, frames: float) -> None:
         if not self._bar.disable:
@@ -235,13 +272,17 @@ class FrameProgress:
 
 @contextmanager
 def frame_progress(frames: int) -> Iterator[FrameProgress]:
-    """Open a bar for so many frames; it is silent away from a terminal and under --json."""
+    """Open a bar for so many frames, which is shown as ``progress_bar`` shows its own."""
     from tqdm import tqdm
 
     shown = bars_are_shown()
     looks = {"leave": False, "smoothing": 0, "bar_format": _FRAME_FORMAT}
     with tqdm(total=frames, disable=not shown, file=sys.stderr, **looks) as bar:
-        yield FrameProgress(bar)
+        _DOING.bar = bar if shown else None
+        try:
+            yield FrameProgress(bar)
+        finally:
+            _DOING.bar = None
 
 
 def duration_text(seconds: float) -> str:

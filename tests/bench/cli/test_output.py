@@ -13,13 +13,14 @@ import click
 import pytest
 from click.testing import CliRunner
 
+import bench.cli.output as cli_output
 from bench.cli.main import program
-from bench.cli.output import bars_are_shown, counted, frame_progress, making_shown, progress_bar
+from bench.cli.output import bars_are_shown, counted, frame_progress, progress_bar, progress_shown
 from scenes.processes.progress import tell, work
 
 
 def make_something():
-    with making_shown(), work("fitting things", 34):
+    with progress_shown(), work("fitting things", 34):
         tell()
         tell(12.0)
         tell(22.0)
@@ -33,8 +34,25 @@ def test_what_is_made_is_shown_with_the_time_left_and_cleared(monkeypatch, capsy
     assert said.splitlines()[-1].strip() == ""
 
 
-def test_away_from_a_terminal_nothing_is_shown(capsys):
+def test_away_from_a_terminal_no_bar_is_shown(capsys):
     make_something()
+    assert capsys.readouterr().err == ""
+
+
+def test_away_from_a_terminal_a_line_says_what_takes_long(monkeypatch, capsys):
+    monkeypatch.setattr(cli_output, "SIGN_OF_LIFE_S", 0.05)
+    with progress_shown(), work("fitting things", 4):
+        tell()
+        time.sleep(0.01)
+        tell(1.0)
+        time.sleep(0.2)
+        with progress_bar("step") as show:
+            show(1, 2, "weighing")
+            time.sleep(0.2)
+    lines = capsys.readouterr().err.splitlines()
+    assert any("fitting things 1/4" in line and " left" in line for line in lines)
+    assert any("weighing 1/2" in line for line in lines)
+    time.sleep(0.2)
     assert capsys.readouterr().err == ""
 
 
