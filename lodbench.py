@@ -150,19 +150,19 @@ def read_frame(path: str | Path) -> Frame:
 def run_experiment(name: str, quick: bool = False, seed: int = 0) -> "Record":
     """Run an experiment in this process, and give its record with points and claims; no file.
 
-    name   as `lodbench list` shows it
+    name   of an experiment or topic, as `lodbench list` shows it
     quick  measure fewer points, in minutes
     Raises InputError for an unknown name.
     """
-    from bench.experiment import experiments
+    from bench.experiment import experiments, topics_named
     from bench.runs import RunRequest
     from bench.runs import run_experiment as run
-    from scenes.presets.keys import nearest_name
 
-    known = experiments()
-    if name not in known:
-        raise InputError("name", name, "no experiment of that name", nearest_name(name, known))
-    return run(known[name], RunRequest(name, known[name].usual, quick, seed))
+    chosen = topics_named([name])
+    if len(chosen) > 1:
+        raise InputError("name", name, "one experiment or topic", f"try {next(iter(chosen))}")
+    ((experiment, topics),) = chosen.items()
+    return run(experiments()[experiment], RunRequest(experiment, tuple(topics), quick, seed))
 
 
 def _preset(preset: Preset | str) -> Preset:

@@ -16,6 +16,7 @@ import numpy as np
 
 from bench.records.claims import Claim, plain_number
 from lod.errors import InputError
+from scenes.presets.keys import nearest_name
 
 if TYPE_CHECKING:
     from bench.plots import Plot
@@ -130,6 +131,33 @@ def experiments() -> Mapping[str, Experiment]:
     names = [each.name for each in pkgutil.iter_modules(folder.__path__)]
     found = [importlib.import_module(f"{folder.__name__}.{name}").EXPERIMENT for name in names]
     return {each.name: each for each in sorted(found, key=lambda each: (each.order, each.name))}
+
+
+ALL = "all"
+
+
+def topics_named(names: Sequence[str], key: str = "name") -> dict[str, list[str]]:
+    """Return the topics that names of experiments and topics ask for, by experiment.
+
+    ``all`` is every topic that does not run apart; experiments that are timed come first, before
+    others have filled memory. Raises InputError, which blames ``key``, for an unknown name.
+    """
+    every, found = experiments(), dict[str, list[str]]()
+    owners = {topic: each.name for each in every.values() for topic in each.topics}
+    known = (*every, *owners, ALL)
+    for name in names:
+        if name not in known:
+            rule = "no experiment or topic of that name"
+            raise InputError(key, name, rule, nearest_name(name, known))
+        if name == ALL:
+            in_order = sorted(every.values(), key=lambda each: not each.timed)
+            asked = {each.name: each.usual for each in in_order}
+        else:
+            asked = {name: every[name].usual} if name in every else {owners[name]: (name,)}
+        for experiment, topics in asked.items():
+            mine = found.setdefault(experiment, [])
+            mine += [each for each in topics if each not in mine]
+    return found
 
 
 def point_table(points: Sequence["Point"], most_columns: int = 12) -> Table:

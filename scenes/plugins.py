@@ -8,7 +8,7 @@ group ``lodbench.behaviours``. A package is imported only when something of it i
 
 import os
 import re
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
@@ -56,7 +56,7 @@ def guarded() -> Iterator[None]:
 
 
 @cache
-def installed(group: str) -> dict[str, EntryPoint]:
+def installed(group: str) -> Mapping[str, EntryPoint]:
     """Find the entry points of a group by name, except those named as our own metrics are."""
     ours = METRICS if group == METRIC else {}
     found = entry_points(group=group)

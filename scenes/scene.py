@@ -31,8 +31,8 @@ from lod.update_schedule import (
 from lod.view import View
 from lod.viewing import Defocus, ViewingConditions, blur_widths
 from scenes.actors.performance import Performance
+from scenes.field.far_cover import turbid_canopy
 from scenes.frame.frame_input import DisplayedRepresentation, FrameInput, Quality, Window, display
-from scenes.ground.far_cover import turbid_canopy
 from scenes.models.catalogue import PROTOTYPE_SEED
 from scenes.plugins import metric_by_name
 from scenes.presets.load import load_preset

@@ -41,8 +41,8 @@ def test_commands_exist(page: Path) -> None:
     for command, *words in typed:
         assert command in COMMANDS, command
         names = [word for word in words if not word.startswith("-")]
-        if command in NAMES and words and names[0].islower():
-            assert names[0] in NAMES[command], f"{command} {names[0]}"
+        if command in NAMES and words and names[0].islower() and names[0] != "tiny":
+            assert names[0] in NAMES[command], f"{command} {names[0]}"  # tiny: a page makes it
         own_file = any(name.endswith(".toml") for name in names[:1])
         if command in ("render", "count", "usd") and names and names[0].islower() and not own_file:
             assert names[0].partition("@")[0] in PRESETS, f"{command} {names[0]}"

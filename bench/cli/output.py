@@ -250,8 +250,8 @@ class FrameProgress:
         if making:
             words = [_DOING.tell(*making)]
         elif total:
-            frames = f"{self._done}/{self._bar.total} frames done"
-            _DOING.tell(f"{frames}, M samples of the next", traced / 1e6, total / 1e6)
+            frames = f"frame {self._done + 1} of {self._bar.total}: samples traced [%]"
+            _DOING.tell(frames, 100 * traced / total, 100)
             words = [f"{traced / total:.0%} of {total / 1e6:.1f} M samples"]
         else:
             words = ["preparing"]

@@ -16,7 +16,7 @@ a joint on, distances are bounded by the sum of the lengths on the way: never ex
 
 Leaf appearances are fitted as for any other object (``scenes.appearance.fit``), with balls in the
 place of pieces of surface where they are gathered, and the meshes themselves where anything is seen
-or lit. Ends show their meshes; far cover (``scenes.ground.far_cover``) is worked out from a few
+or lit. Ends show their meshes; far cover (``scenes.field.far_cover``) is worked out from a few
 sticks in their place, as thick as makes them cover, on average over directions, what the mesh does.
 """
 

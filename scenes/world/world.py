@@ -10,8 +10,8 @@ from lod.pruner import Representation
 from scenes.actors.performance import Cast, Performance
 from scenes.appearance.sky import sky_at
 from scenes.appearance.tone import Illumination
+from scenes.field.far_cover import AggregateCover
 from scenes.field.species_field import Habitat, Placed, Species, SpeciesField
-from scenes.ground.far_cover import AggregateCover
 from scenes.ground.terrain import Terrain
 from scenes.models.catalogue import PROTOTYPE_SEED, model_prototypes
 from scenes.particles.dust import Dust

@@ -10,6 +10,7 @@ three suns; the eye is so far off that its rays are nearly parallel. Judged are 
 of two seeds that no preset uses and of the presets' own. Nothing here changes what is fitted.
 """
 
+import json
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass, replace
@@ -21,7 +22,7 @@ import numpy as np
 
 from bench.cli.output import counted
 from bench.counting import FLAT
-from bench.records.study_record import read_study_record, study_record, write_study_record
+from bench.records.provenance import provenance
 from lod.air import CLEAR
 from lod.arrays import Reals
 from lod.camera import Camera, Corner, camera_from_heading
@@ -334,7 +335,7 @@ class Judged:
 
 def read_findings(path: Path) -> list[Judged]:
     """Read what a file holds."""
-    return [Judged(**each) for each in read_study_record(path).figures["judged"]]
+    return [Judged(**each) for each in json.loads(path.read_text())["figures"]["judged"]]
 
 
 def markdown(found: Iterable[Judged]) -> str:
@@ -371,8 +372,9 @@ def command(kinds: tuple[str, ...], path: Path | None) -> None:
         found += judged(case, COARSEST)
     click.echo(markdown(found))
     if path:
+        made_by = asdict(provenance("", 0, variant=choose()))
         figures = {"judged": [asdict(each) for each in found]}
-        write_study_record(path, study_record("leaf appearances", {}, figures, choose()))
+        path.write_text(json.dumps({"figures": figures, "provenance": made_by}, indent=1) + "\n")
 
 
 if __name__ == "__main__":

@@ -12,14 +12,11 @@ from bench.cli.output import Output, duration_text, output, progress_bar, table
 from bench.runs import CaseExecutor, dask_executor
 from lod.errors import InputError
 from scenes.files import make_folder
-from scenes.presets.keys import nearest_name
 from scenes.presets.values import LARGEST_SEED
 
 if TYPE_CHECKING:
     from bench.records.claims import Claim
     from bench.runs import Journal, RunRequest
-
-ALL = "all"
 
 
 @click.command("run", cls=StrictCommand)
@@ -64,34 +61,14 @@ def command(
 def _asked(
     named: tuple[str, ...], cluster: str | None, quick: bool, seed: int, metric: str | None
 ) -> list["RunRequest"]:
-    """Check the names of experiments and topics, and ask for each experiment once.
-
-    ``all`` is every topic that does not run apart; experiments that are timed come first, before
-    others have filled memory, and stay on this machine.
-    """
-    from bench.experiment import experiments
+    """Check what is asked for; experiments that are timed stay on this machine."""
+    from bench.experiment import ALL, experiments, topics_named
     from bench.runs import RunRequest
 
     every = experiments()
-    topics = {topic: each.name for each in every.values() for topic in each.topics}
-    known = (*every, *topics, ALL)
     if not named:
         raise InputError("EXPERIMENT", named, "at least one, or all", f"try {next(iter(every))}")
-    chosen: dict[str, list[str]] = {}
-    for name in named:
-        if name not in known:
-            rule = "no experiment or topic of that name"
-            raise InputError("EXPERIMENT", name, rule, nearest_name(name, known))
-        if name == ALL:
-            in_order = sorted(every.values(), key=lambda each: not each.timed)
-            more = [(each.name, each.usual) for each in in_order]
-        elif name in topics and name not in every:
-            more = [(topics[name], (name,))]
-        else:
-            more = [(name, every[name].usual)]
-        for experiment, mine in more:
-            held = chosen.setdefault(experiment, [])
-            held += [each for each in mine if each not in held]
+    chosen = topics_named(named, "EXPERIMENT")
     for name in chosen:
         if cluster is not None and every[name].timed and ALL not in named:
             able = ", ".join(n for n, each in every.items() if not each.timed)

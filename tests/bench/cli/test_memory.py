@@ -205,7 +205,7 @@ def test_usual_presets_fit_into_4_gb(run: Run, name: str) -> None:
     # Woods at one pixel: 17 and 42 million parts at 1920x1080, which few machines hold.
     size = "640x360" if name in ("aerial", "forest") else "1920x1080"
     preset = load_preset(name, [f'render.size="{size}"'])
-    preflight(Scene(preset), (1,), None, "llvm_ad_rgb")
+    preflight(Scene(preset), (1,), 4 * GB, "llvm_ad_rgb")
 
 
 def test_a_budget_that_cannot_be_filled_shows_all_there_is(run: Run) -> None:

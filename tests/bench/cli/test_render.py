@@ -201,7 +201,6 @@ def test_previews_replace_previews_alone(lodbench, name):
 
 def test_a_report_replaces_reports_alone(tmp_path, monkeypatch):
     monkeypatch.setattr(write, "read_records", lambda folder: ("a record",))
-    monkeypatch.setattr(write, "_place", lambda record: 0)
     monkeypatch.setattr(write, "_sections", lambda *_: [])
     monkeypatch.setattr(write, "to_html", lambda report: "<html>lodbench</html>")
     monkeypatch.setattr(write, "to_markdown", lambda report: "# lodbench")

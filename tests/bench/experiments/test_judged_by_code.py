@@ -19,14 +19,14 @@ EXPERIMENTS = experiments()
 
 
 PLACE = Path(__file__).parents[3] / "results" / "reference"
-LONG = {"fidelity", "figure"}
+LONG = {"images", "figure"}
 EXPERIMENT = [
     pytest.param(name, marks=pytest.mark.slow if name in LONG else ()) for name in EXPERIMENTS
 ]
 
 FEW = 24
 
-OF_NOTHING = {"haze": {"figure/eye/640/lost_near"}}
+OF_NOTHING = {"viewing": {"figure/eye/640/lost_near"}}
 """Shares of what is none: haze takes no part of a person that an eye before a display sees."""
 
 Points = tuple[Point, ...]
@@ -140,12 +140,12 @@ def unmoved(judge, points: Points) -> set[str]:
 @pytest.mark.parametrize("name", EXPERIMENT)
 def test_every_claim_changes_with_its_columns(name):
     experiment, points = EXPERIMENTS[name], thinned(reference(name).points)
-    assert {claim.verdict for claim in experiment.judge(points)} <= set(MARKS)
-    assert unmoved(experiment.judge, points) == OF_NOTHING.get(name, set())
+    assert {claim.verdict for claim in experiment.judged(points)} <= set(MARKS)
+    assert unmoved(experiment.judged, points) == OF_NOTHING.get(name, set())
 
 
 def test_a_claim_that_rests_on_no_column_is_found():
-    judge, points = EXPERIMENTS["depth"].judge, reference("depth").points
+    judge, points = EXPERIMENTS["air"].judged, reference("air").points
     fixed = replace(judge(points)[0], name="fixed")
     assert unmoved(lambda points: (*judge(points), fixed), points) == {"fixed"}
 

@@ -18,9 +18,9 @@ from lod.metric import METRICS
 from lod.pruner import prune, prune_by_level
 from lod.view import View
 from scenes.appearance.sky import sky_at
+from scenes.field.far_cover import AggregateCover
 from scenes.field.species_field import Habitat, Placed, Species, SpeciesField
 from scenes.figures.animal_file import animal
-from scenes.ground.far_cover import AggregateCover
 from scenes.ground.terrain import Terrain
 from scenes.models.catalogue import at_rest, people
 from scenes.models.stone import boulder_prototypes

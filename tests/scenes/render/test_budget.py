@@ -13,7 +13,7 @@ from scenes.render.variants import choose
 from scenes.scene import Scene, frame_quality
 
 FRAMES = (1, 400, 3000)
-TINY = Path(__file__).resolve().parents[3] / "bench" / "cli" / "tiny.toml"
+TINY = Path(__file__).resolve().parents[2] / "bench" / "cli" / "tiny.toml"
 
 
 @pytest.mark.parametrize("most", [pytest.param(3000, marks=pytest.mark.slow), 20_000])

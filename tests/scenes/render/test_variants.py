@@ -43,7 +43,7 @@ def test_every_libllvm_of_this_machine_gives_an_answer(library):
 
 def test_asked_for_and_missing_raises_with_a_cure(monkeypatch):
     monkeypatch.setattr(variants, "works", lambda name: "no libLLVM was found")
-    with pytest.raises(InputError, match=r"libllvm19.*--variant scalar_rgb"):
+    with pytest.raises(InputError, match=r"libLLVM 19.*--variant scalar_rgb"):
         variants.choose("llvm_ad_rgb")
     assert variants.choose("auto") == "scalar_rgb"
 

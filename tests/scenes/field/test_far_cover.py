@@ -11,9 +11,9 @@ import pytest
 from lod.canopy import BARE
 from lod.shapes import StickTable
 from scenes.appearance.sky import SKY_COLUMNS, SKY_ROWS, Sky, sky_at
+from scenes.field.far_cover import AggregateCover, outlines_between, turbid_canopy
 from scenes.field.species_field import Habitat, Species
 from scenes.ground import stand as stand_appearance
-from scenes.ground.far_cover import AggregateCover, outlines_between, turbid_canopy
 from scenes.ground.relief import Relief
 from scenes.ground.stand import DEPRESSIONS_DEG, full_detail_sticks, measure_stand, randoms_per_path
 from scenes.models.catalogue import model_prototypes
