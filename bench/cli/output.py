@@ -97,7 +97,7 @@ def _plain(value: Any) -> Any:
     raise TypeError(f"{type(value).__name__} is no JSON")
 
 
-Progress = Callable[[int, int, str], object]
+Progress = Callable[[int, int, str], None]
 """Called with the number done, the number in all, and a name for what comes next."""
 
 _Item = TypeVar("_Item")
@@ -124,7 +124,7 @@ class _Doing:
         self.bar: Any = None
         self._what, self._first, self._began = "", 0.0, 0.0
 
-    def tell(self, what: str, done: float, total: float) -> str:
+    def tell(self, what: str, done: float, total: float) -> None:
         """Note how far something is, and how long it still takes once that is known."""
         now = time.monotonic()
         if self._what != what:
@@ -133,7 +133,6 @@ class _Doing:
         if done > self._first:
             left = (now - self._began) * (total - done) / (done - self._first)
             self.text += f", {duration_text(left)} left"
-        return self.text
 
 
 _DOING = _Doing()
@@ -248,7 +247,8 @@ class FrameProgress:
         ``total`` is 0 while the frame is prepared; ``making`` is what is made for it then.
         """
         if making:
-            words = [_DOING.tell(*making)]
+            _DOING.tell(*making)
+            words = [_DOING.text]
         elif total:
             frames = f"frame {self._done + 1} of {self._bar.total}: samples traced [%]"
             _DOING.tell(frames, 100 * traced / total, 100)
