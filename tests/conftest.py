@@ -26,6 +26,9 @@ if "PYTEST_XDIST_WORKER" not in os.environ:
     shutil.rmtree(CACHE / "arrays", ignore_errors=True)
 os.environ["LODBENCH_CACHE"] = str(CACHE)
 
+# What a command prints does not depend on how busy the machine is.
+os.environ["LODBENCH_SIGN_OF_LIFE"] = "0"
+
 
 def limit_memory() -> None:
     """Let each process of the tests write to its share of the machine's memory, and no more.

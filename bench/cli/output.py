@@ -136,7 +136,8 @@ class _Doing:
 
 
 _DOING = _Doing()
-SIGN_OF_LIFE_S = 10.0
+SIGN_OF_LIFE_VARIABLE = "LODBENCH_SIGN_OF_LIFE"
+"""Environment variable of the seconds from one line to the next; 0 for none."""
 
 
 @contextmanager
@@ -147,6 +148,7 @@ def progress_shown() -> Iterator[None]:
     """
     bar: Any = None
     ended, began = threading.Event(), time.monotonic()
+    every = float(os.environ.get(SIGN_OF_LIFE_VARIABLE, 10))
 
     def follow(what: str, done: float, steps: int) -> None:
         nonlocal bar
@@ -164,14 +166,15 @@ def progress_shown() -> Iterator[None]:
                 bar = _DOING.bar = None
 
     def show_life() -> None:
-        while not ended.wait(SIGN_OF_LIFE_S):
+        while not ended.wait(every):
             if _DOING.bar is not None:
                 _DOING.bar.refresh()
             else:
                 took = duration_text(time.monotonic() - began)
                 print(f"lodbench: {took}: {_DOING.text or 'working'}", file=sys.stderr, flush=True)
 
-    threading.Thread(target=show_life, daemon=True).start()
+    if every > 0:
+        threading.Thread(target=show_life, daemon=True).start()
     try:
         with followed_by(follow):
             yield
@@ -219,7 +222,8 @@ def tell_first_run() -> None:
     """Say why this command is slow to begin, where nothing is compiled yet."""
     if is_first_run():
         _DOING.text = "compiling kernels and growing models: about a minute, both are kept"
-        print(f"lodbench: first run: {_DOING.text}", file=sys.stderr, flush=True)
+        if bars_are_shown():
+            print(f"lodbench: first run: {_DOING.text}", file=sys.stderr, flush=True)
 
 
 class FrameProgress:

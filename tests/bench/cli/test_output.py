@@ -13,7 +13,6 @@ import click
 import pytest
 from click.testing import CliRunner
 
-import bench.cli.output as cli_output
 from bench.cli.main import program
 from bench.cli.output import bars_are_shown, counted, frame_progress, progress_bar, progress_shown
 from scenes.processes.progress import tell, work
@@ -40,7 +39,7 @@ def test_away_from_a_terminal_no_bar_is_shown(capsys):
 
 
 def test_away_from_a_terminal_a_line_says_what_takes_long(monkeypatch, capsys):
-    monkeypatch.setattr(cli_output, "SIGN_OF_LIFE_S", 0.05)
+    monkeypatch.setenv("LODBENCH_SIGN_OF_LIFE", "0.05")
     with progress_shown(), work("fitting things", 4):
         tell()
         time.sleep(0.01)

@@ -16,6 +16,7 @@ from PIL import Image
 
 from bench.cli.commands.render import preview_stem
 from bench.cli.main import main
+from bench.records.records import read_record
 from bench.report import write
 from lod.errors import InputError
 from scenes.render.pictures import save_picture
@@ -200,7 +201,9 @@ def test_previews_replace_previews_alone(lodbench, name):
 
 
 def test_a_report_replaces_reports_alone(tmp_path, monkeypatch):
-    monkeypatch.setattr(write, "read_records", lambda folder: ("a record",))
+    reference = Path(__file__).parents[3] / "results" / "reference"
+    (record,) = map(read_record, reference.glob("air-*.json"))
+    monkeypatch.setattr(write, "read_records", lambda folder: (record,))
     monkeypatch.setattr(write, "_sections", lambda *_: [])
     monkeypatch.setattr(write, "to_html", lambda report: "<html>lodbench</html>")
     monkeypatch.setattr(write, "to_markdown", lambda report: "# lodbench")

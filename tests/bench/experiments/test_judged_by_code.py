@@ -26,7 +26,7 @@ EXPERIMENT = [
 
 FEW = 24
 
-OF_NOTHING = {"viewing": {"figure/eye/640/lost_near"}}
+OF_NOTHING = {"viewing": {"share_of_the_parts_lost_that_were_nearer_than_v/figure/eye/640_px"}}
 """Shares of what is none: haze takes no part of a person that an eye before a display sees."""
 
 Points = tuple[Point, ...]
@@ -146,7 +146,7 @@ def test_every_claim_changes_with_its_columns(name):
 
 def test_a_claim_that_rests_on_no_column_is_found():
     judge, points = EXPERIMENTS["air"].judged, reference("air").points
-    fixed = replace(judge(points)[0], name="fixed")
+    fixed = replace(judge(points)[0], estimand="fixed", condition={})
     assert unmoved(lambda points: (*judge(points), fixed), points) == {"fixed"}
 
 

@@ -276,6 +276,7 @@ METRICS = st.builds(
 def test_plug_ins(found: Any) -> None:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(entry_points, "installed", lambda group: {"strange": Entry(found)})
+        patch.setattr(entry_points, "distribution", lambda entry: "strange 1.0")
         judge(lambda: entry_points.metric_by_name("strange"))
 
 
