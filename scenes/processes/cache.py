@@ -83,12 +83,13 @@ def kept(
     """
     entry_key = content_key(kind, key)[:40]
     if found := _fitted().get(f"{kind}/{entry_key}"):
-        return {name: _read_only(_member(path)) for name, path in found.items()}
+        with suppress(Exception):  # damage may appear as any error at all
+            return {name: _read_only(_member(path)) for name, path in found.items()}
     made_by = (np.__version__, platform.python_version(), platform.machine())
     sources = content_key(_FORMAT, made_by, _code_digest(tuple(code)))[:24]
     name = Path(_SUBFOLDER, kind, f"{entry_key}-{sources}{_SUFFIX}")
     for folder in cache_folders():
-        with suppress(Exception):  # a damaged entry may appear as any error at all
+        with suppress(Exception):
             with np.load(folder / name, allow_pickle=False) as file:
                 arrays = {each: _read_only(file[each]) for each in file.files}
             with suppress(OSError):
@@ -110,7 +111,7 @@ def kept(
 def _fitted() -> dict[str, dict[str, str]]:
     """List what comes with the package: members of FITTED by kind and key, and name of array."""
     found: dict[str, dict[str, str]] = {}
-    if FITTED.is_file():
+    with suppress(OSError, zipfile.BadZipFile):
         with zipfile.ZipFile(FITTED) as file:
             for path in file.namelist():
                 entry, _, name = path.rpartition("/")

@@ -1,6 +1,7 @@
 """Leaf appearances fitted to an object that is no tree: cover, what stays, and the cache.
 
-No file holds a value that was fitted to a model: a fit needs its shapes and albedos alone.
+No source file holds a value that was fitted to a model: a fit needs its shapes and albedos alone.
+What comes with the package is made by the program (``test_fitted.py``).
 
 The data files of the packages are presets, botany, anatomy, golden counts (which
 ``tests/bench/count`` counts again) and the sky's table (``tests.tools.sky_table``).
