@@ -8,6 +8,7 @@ where it is set, no other library is tried.
 
 import importlib.metadata
 import os
+import platform
 import re
 import subprocess
 import sys
@@ -124,7 +125,18 @@ def works(name: str) -> bool | str:
     if library:
         return True if name == JIT_VARIANT else _try(name, library)
     found = [f"{Path(path).name}: {why}" for path, why in _libraries().items()]
-    return "; ".join(found) or "no libLLVM was found"
+    return "; ".join(found) or f"no libLLVM was found: {how_to_install()}"
+
+
+def how_to_install() -> str:
+    """Say in words how this platform gets a libLLVM."""
+    if sys.platform == "linux" and platform.machine() == "x86_64":
+        return "pip install karellen-llvm-core"
+    system = {
+        "linux": "apt-get install libllvm19, or what your system calls libLLVM 19 or newer",
+        "darwin": "brew install llvm",
+    }
+    return system.get(sys.platform, f"install LLVM, and set {LLVM_PATH} to its LLVM-C.dll")
 
 
 def libllvm() -> str | None:
@@ -259,7 +271,7 @@ def _why(code: int, words: str) -> str:
 
 def _cure(name: str) -> str:
     if name.startswith("llvm_"):
-        return f"install libLLVM 19 or newer (or set {LLVM_PATH}), or --variant {SCALAR_VARIANT}"
+        return f"{how_to_install()}; or --variant {SCALAR_VARIANT}"
     if name.startswith("cuda_"):
         return "it needs an NVIDIA GPU and driver; try --variant auto"
     return "try --variant auto"

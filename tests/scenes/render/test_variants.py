@@ -43,8 +43,11 @@ def test_every_libllvm_of_this_machine_gives_an_answer(library):
 
 def test_asked_for_and_missing_raises_with_a_cure(monkeypatch):
     monkeypatch.setattr(variants, "works", lambda name: "no libLLVM was found")
-    with pytest.raises(InputError, match=r"libLLVM 19.*--variant scalar_rgb"):
-        variants.choose("llvm_ad_rgb")
+    for system, cure in (("linux", "libllvm19"), ("darwin", "brew"), ("win32", "LLVM-C.dll")):
+        monkeypatch.setattr(variants.sys, "platform", system)
+        monkeypatch.setattr(variants.platform, "machine", lambda: "aarch64")
+        with pytest.raises(InputError, match=rf"{cure}.*--variant scalar_rgb"):
+            variants.choose("llvm_ad_rgb")
     assert variants.choose("auto") == "scalar_rgb"
 
 
