@@ -21,7 +21,6 @@ from typing import Annotated, Literal, NamedTuple
 import numpy as np
 from jaxtyping import Float64
 from pydantic import Field
-from scipy.interpolate import PchipInterpolator
 
 from lod.arrays import Reals
 from lod.errors import InputError
@@ -225,6 +224,8 @@ def foot_path(
     leg: Leg, contacts: Contacts, own: Reals, stride: float, duty: float, clearance: float
 ) -> FootPath:
     """Compute the path of a foot at phases ``own`` after landing, 0 to 1; lengths in m."""
+    from scipy.interpolate import PchipInterpolator  # slow to import, and prototypes are kept
+
     phase, angle = (np.array(column) for column in zip(*leg.pitch, strict=True))
     around = np.concatenate([phase - 1, phase, phase + 1])
     toes_up = PchipInterpolator(around, np.tile(angle, 3))  # degrees, periodic
