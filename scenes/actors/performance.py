@@ -20,14 +20,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from lod.actors.quaternion import Components
 from lod.arrays import ArrayData, FlagArray, FloatArray
 from lod.camera import GRID_M, Corner
 from lod.errors import InputError
 from lod.pruner import BlendWeights, Cut, Parts
 from lod.shapes import Sticks
 from lod.view import View
-from scenes.actors.limb import with_share
 from scenes.field.prototypes import (
     InstancesInView,
     SpeciesPrototypes,
@@ -42,6 +40,9 @@ from scenes.rig.rigged_prototype import RiggedPrototype
 
 X, Y, YAW, PHASE, STRIDE_FACTOR, EIGHTHS = range(6)
 """Columns of ``ActedFrame.places``, as in ``scenes.actors.body.Posture``."""
+
+Components = tuple[float, float, float, float]
+"""Of a quaternion, as ``lod.actors.quaternion`` has them; that module loads Dr.Jit."""
 
 Held = dict[int, tuple[tuple[int, Components], ...]]
 """By the number of an actor: joints that messages hold, with their orientations."""
@@ -353,6 +354,8 @@ def posed_prototype(
 
     A leg of which a joint is held does not follow the ground.
     """
+    from scenes.actors.limb import with_share  # loads Dr.Jit, which few frames need
+
     moving = with_share(prototype, eighths)
     if not held:
         return moving

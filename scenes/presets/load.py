@@ -12,8 +12,6 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-import tomlkit
-import tomlkit.items
 from pydantic import ValidationError
 
 from lod.errors import InputError
@@ -264,21 +262,17 @@ def _holds_tables(name: str, known: str, entries: dict[str, KeyEntry]) -> bool:
     return any(each.startswith(lead) for each in entries)
 
 
-def _item(value: Any) -> tomlkit.items.Item:
-    """Make a TOML value; a table of free keys stands on one line."""
-    if not isinstance(value, dict):
-        return tomlkit.item(value)
-    table = tomlkit.inline_table()
-    table.update(value)
-    return table
-
-
 def _line(name: str, value: Any, entry: KeyEntry | None) -> str:
     unit = f" [{entry.unit}]" if entry and entry.unit else ""
     about = f"{entry.about}{unit}" if entry else ""
     if value is None:
         return f"# {name} is absent: {about}"
-    text = f"{name} = {_item(value).as_string()}"
+    import tomlkit  # slow to import, and few commands write presets
+
+    item = tomlkit.inline_table() if isinstance(value, dict) else tomlkit.item(value)
+    if isinstance(value, dict):  # of free keys: on one line
+        item.update(value)
+    text = f"{name} = {item.as_string()}"
     return f"{text}  # {about}" if about else text
 
 
