@@ -150,7 +150,7 @@ def _read(path: str) -> str:
         if Path(path).stat().st_size > _LONGEST_FILE:
             rule = f"a preset of at most {_LONGEST_FILE} bytes"
             raise InputError("PRESET", path, rule, "shorten it")
-        return Path(path).read_text("utf-8")
+        return Path(path).read_text("utf-8-sig")  # some editors begin a file with a mark
     except UnicodeDecodeError as error:
         rule, cure = "TOML is UTF-8 text", f"byte {error.start} is not"
         raise InputError("PRESET", path, rule, cure) from None
@@ -174,6 +174,8 @@ def _parse(source: str, text: str) -> dict[str, Any]:
 def _toml_value(text: str) -> Any:
     if text[:2].lower() in ("0x", "0o", "0b"):
         return text  # a size such as 0x360, not a number in base 16
+    if ratio := re.fullmatch(r"(\d{1,9})/(\d{1,9})", text):  # as rates of films are written
+        return int(ratio[1]) / int(ratio[2]) if int(ratio[2]) else text
     try:
         table = tomllib.loads(f"value = {text}")
     except (ValueError, RecursionError):

@@ -116,6 +116,17 @@ def test_an_empty_file_is_a_preset_of_defaults(tmp_path: Path) -> None:
     assert load_preset(str(path)) == Preset()
 
 
+def test_a_file_may_begin_with_the_mark_that_some_editors_write(tmp_path: Path) -> None:
+    (tmp_path / "a.toml").write_text("seed = 3\r\n", encoding="utf-8-sig")
+    assert load_preset(str(tmp_path / "a.toml")).seed == 3
+
+
+def test_the_rate_of_a_film_may_be_a_fraction() -> None:
+    assert load_preset("meadow", ["camera.fps=24000/1001"]).camera.fps == 24000 / 1001
+    with pytest.raises(InputError, match="24/0"):
+        load_preset("meadow", ["camera.fps=24/0"])
+
+
 def test_a_preset_is_frozen() -> None:
     with pytest.raises(ValueError, match="frozen"):
         load_preset("meadow").seed = 3  # type: ignore[misc]
