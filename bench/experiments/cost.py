@@ -39,10 +39,11 @@ from bench.statistics.estimates import (
     LEAST_REPEATS,
     Estimate,
     exactly,
+    one_sided_mean,
     two_sided_factor,
     two_sided_median,
 )
-from bench.statistics.fits import compare_with_log, fit_exponent, one_sided_mean
+from bench.statistics.fits import compare_with_log, fit_exponent
 from bench.timing import (
     Command,
     Sampling,

@@ -34,12 +34,12 @@ from bench.records.records import NOTE, Point, Record, grouped, where
 from bench.statistics.estimates import (
     Estimate,
     exactly,
+    one_sided_mean,
     two_sided_mean,
     two_sided_paired_ratio,
     two_sided_quantile,
     two_sided_share,
 )
-from bench.statistics.fits import one_sided_mean
 
 MOST_ERROR = EQUAL_ERROR
 """The FLIP to a reference up to which a picture passes."""

@@ -14,7 +14,6 @@ then both.
 ``defocus`` (``bench.lens_cuts``) looks at `crowd` through a lens of 50 mm.
 """
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
@@ -76,8 +75,7 @@ from bench.records.claims import (
     within,
 )
 from bench.records.records import Column, Point, Prediction, Record, grouped, where
-from bench.statistics.estimates import Estimate, two_sided_mean, two_sided_share
-from bench.statistics.fits import one_sided_mean
+from bench.statistics.estimates import Estimate, one_sided_mean, two_sided_mean, two_sided_share
 from lod.air import Air, least_extinction
 from lod.arrays import Reals
 from lod.eye import Display
@@ -357,11 +355,8 @@ def left_out(point: Point) -> Estimate:
 
 
 def one_sided_excess_flip(point: Point) -> Estimate:
-    """Estimate excess FLIP; low and high are one-sided 95 % bounds (``one_sided_excess``)."""
-    tested, floor = (point.values(k) / 1e6 for k in ("flip", "flip_floor"))
-    found = one_sided_excess(tested, floor)
-    error = float((tested - floor).std(ddof=1)) / math.sqrt(found.pairs)
-    return Estimate(found.excess, found.low, found.high, error, 1.0, found.pairs)
+    """Estimate excess FLIP, with one-sided 95 % bounds."""
+    return one_sided_excess(*(point.values(k) / 1e6 for k in ("flip", "flip_floor")))
 
 
 def _motion_claims(points: Sequence[Point]) -> list[Claim]:

@@ -23,17 +23,20 @@ One-sided bounds are Student's t: the truth is above the upper bound in 5 % of e
 below the lower bound in 5 %, so both together are a two-sided 90 % interval.
 """
 
-import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float, Float64, Int64
-from scipy import stats
 
 from bench.records.records import Column, Key, Point, columns
-from bench.statistics.estimates import Estimate, two_sided_paired_ratio, two_sided_ratio_of_means
-from bench.statistics.fits import ONE_SIDED_CONFIDENCE, noise_free, one_sided_mean
+from bench.statistics.estimates import (
+    Estimate,
+    one_sided_mean,
+    two_sided_paired_ratio,
+    two_sided_ratio_of_means,
+)
+from bench.statistics.fits import noise_free
 from lod.arrays import Reals, freeze
 from lod.errors import InputError
 from scenes.frame.frame_input import FrameInput
@@ -58,37 +61,14 @@ Picture = Float[np.ndarray, "_ _ 3"]
 """A picture as it is displayed: sRGB-encoded, 0 to 1, exposure and tone curve applied."""
 
 
-@dataclass(frozen=True)
-class ExcessFlip:
-    """An excess of FLIP over its noise floor, means over pairs of seeds.
+def one_sided_excess(tested: Reals, noise: Reals) -> Estimate:
+    """Estimate FLIP beyond the noise floor from both terms of each pair of seeds, (pairs,) each.
 
-    excess     the mean excess
-    low, high  its one-sided 95 % bounds: the truth is past each of them in 1 of 20 experiments
-    floor      FLIP of the reference against itself with another seed
-    pairs      how many independent pairs of seeds there are
-    """
-
-    excess: float
-    low: float
-    high: float
-    floor: float
-    pairs: int
-
-
-def one_sided_excess(tested: Reals, noise: Reals) -> ExcessFlip:
-    """Compute the excess and its one-sided bounds from both terms of each pair, (pairs,) each.
-
-    Raises InputError for fewer than LEAST_PAIRS pairs.
+    Its bounds are one-sided. Raises InputError for fewer than LEAST_PAIRS pairs.
     """
     if len(tested) < LEAST_PAIRS:
         raise InputError("pairs", len(tested), f"at least {LEAST_PAIRS} pairs of seeds")
-    excess = tested - noise
-    error = float(excess.std(ddof=1)) / math.sqrt(len(excess))
-    mean, reach = (
-        float(excess.mean()),
-        float(stats.t.ppf(ONE_SIDED_CONFIDENCE, len(excess) - 1)) * error,
-    )
-    return ExcessFlip(mean, mean - reach, mean + reach, float(noise.mean()), len(excess))
+    return one_sided_mean(tested - noise)
 
 
 def mean_flip(

@@ -10,6 +10,7 @@ three suns; the eye is so far off that its rays are nearly parallel. Judged are 
 of two seeds that no preset uses and of the presets' own. Nothing here changes what is fitted.
 """
 
+import json
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass, replace
@@ -21,7 +22,7 @@ import numpy as np
 
 from bench.cli.output import counted
 from bench.counting import FLAT
-from bench.records.study_record import read_study_record, study_record, write_study_record
+from bench.records.provenance import provenance, scene_digest
 from lod.air import CLEAR
 from lod.arrays import Reals
 from lod.camera import Camera, Corner, camera_from_heading
@@ -32,6 +33,7 @@ from lod.view import View
 from scenes.appearance.tone import Illumination
 from scenes.appearance.visible_area import visible_areas
 from scenes.field.species_field import Placed
+from scenes.files import write_text
 from scenes.frame.frame_input import DisplayedRepresentation, FrameInput, Quality
 from scenes.ground.shading import GROUND_MATERIALS
 from scenes.model_files.names import tree_species_names
@@ -334,7 +336,9 @@ class Judged:
 
 def read_findings(path: Path) -> list[Judged]:
     """Read what a file holds."""
-    return [Judged(**each) for each in read_study_record(path).figures["judged"]]
+    return [
+        Judged(**each) for each in json.loads(path.read_text(encoding="utf-8"))["figures"]["judged"]
+    ]
 
 
 def markdown(found: Iterable[Judged]) -> str:
@@ -372,7 +376,10 @@ def command(kinds: tuple[str, ...], path: Path | None) -> None:
     click.echo(markdown(found))
     if path:
         figures = {"judged": [asdict(each) for each in found]}
-        write_study_record(path, study_record("leaf appearances", {}, figures, choose()))
+        made_by = asdict(provenance(scene_digest({}), 0, variant=choose()))
+        record = {"study": "leaf appearances", "settings": {}, "figures": figures}
+        text = json.dumps(record | {"provenance": made_by}, indent=1, allow_nan=False)
+        write_text(path, text + "\n")
 
 
 if __name__ == "__main__":
