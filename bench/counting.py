@@ -9,9 +9,9 @@ import hashlib
 import json
 import math
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float64
@@ -109,10 +109,6 @@ class Case:
     def m(self) -> float:
         """The detail angle m = τ·2·tan(fov/2)/width [rad]."""
         return self.detail * 2 * math.tan(math.radians(self.fov) / 2) / self.width
-
-    def as_json(self) -> dict[str, Any]:
-        """Return plain data."""
-        return asdict(self)
 
     def view(self) -> View:
         """Return the view from the middle of the world, all round."""
@@ -400,10 +396,6 @@ class FieldMoments:
     nearest_limit: float
     farthest_limit: float
     bare: float
-
-    def as_json(self) -> dict[str, float]:
-        """Return plain data."""
-        return {name: float(value) for name, value in asdict(self).items()}
 
 
 def predict(case: Case) -> FieldMoments:

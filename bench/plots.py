@@ -20,6 +20,8 @@ from matplotlib.axis import Axis
 from matplotlib.figure import Figure as Canvas
 from matplotlib.ticker import MaxNLocator, NullFormatter
 
+from bench.statistics.estimates import Estimate
+
 
 @dataclass(frozen=True)
 class Mark:
@@ -105,6 +107,18 @@ class Curve:
         there = (x >= ends[0].min() - 1e-9) & (x <= ends[0].max() + 1e-9)
         over = np.array(self.y)[there] / np.exp(np.interp(x[there], *ends))
         return np.array(self.x)[there].tolist(), over.tolist()
+
+
+def estimated(
+    label: str,
+    x: Sequence[float],
+    found: Sequence[Estimate],
+    line: tuple[Sequence[float], Sequence[float]] = ((), ()),
+    least: float = -np.inf,
+) -> Curve:
+    """Make a curve of estimates and their intervals, drawn at ``least`` where they are below it."""
+    y, low, high = ([max(getattr(e, k), least) for e in found] for k in ("value", "low", "high"))
+    return Curve(label, list(x), y, low, high, line)
 
 
 @dataclass(frozen=True)

@@ -14,13 +14,13 @@ import math
 import os
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, dataclass, fields, is_dataclass, replace
+from dataclasses import asdict, dataclass, fields, replace
 from datetime import UTC, datetime
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from bench.experiment import Experiment, Progress, silent
+from bench.experiment import Case, Experiment, Progress, silent
 from bench.records.probe import CASES, NOTE, SOURCES, take_probe
 from bench.records.provenance import Provenance, machine, provenance, scene_digest
 from bench.records.records import (
@@ -108,12 +108,10 @@ class Elapsed:
         }
 
 
-def measured_case(
-    measure: Callable[[Any, int], Point | list[Point]], case: Any, seed: int
-) -> dict[str, Any]:
+def measured_case(case: Case, seed: int) -> dict[str, Any]:
     """Measure a case: its points as plain data, and what made them, where and how long it took."""
     start = Elapsed.so_far()
-    found = measure(case, seed)
+    found = case(seed)
     points = [found] if isinstance(found, Point) else found
     made = {"case": case_label(case), **machine(), **Elapsed.so_far().since(start)}
     return {"points": [point_json(each) for each in points], "made": made}
@@ -155,7 +153,10 @@ class Journal:
             function: Callable[..., Any], cases: Sequence[tuple[Any, ...]]
         ) -> Iterator[dict[str, Any]]:
             folder = self._cases(asked)
-            paths = [folder / f"{_sha256(case[1:])}.json" for case in cases]
+            paths = [
+                folder / f"{_sha256(case.func.__qualname__, case.args, case.keywords, seed)}.json"
+                for case, seed in cases
+            ]
             done = [_read(path) for path in paths]
             left = [case for case, data in zip(cases, done, strict=True) if data is None]
             measured = each(function, left)
@@ -194,18 +195,15 @@ def run_experiment(
 ) -> Record:
     """Measure all cases of the topics asked for, judge their points, and give the record."""
     start = Elapsed.so_far()
-    accepted = (asked.metric,) if experiment.accepts_metric else ()
-    sizes = {
-        name: experiment.topics[name].sizes("quick" if asked.quick else "full")
-        for name in asked.topics
-    }
-    cases = [
-        case for name, given in sizes.items() for case in experiment.cases(name, given, *accepted)
-    ]
+    sizes, cases = {}, list[Case]()
+    for name in asked.topics:
+        topic = experiment.topics[name]
+        sizes[name] = topic.sizes("quick" if asked.quick else "full")
+        accepted = {"metric": asked.metric} if topic.accepts_metric else {}
+        cases += topic.cases(**sizes[name], **accepted)
     points: list[Point] = []
     made: list[dict[str, Any]] = []
-    arguments = [(experiment.measure, case, asked.seed) for case in cases]
-    results = executor(measured_case, arguments)
+    results = executor(measured_case, [(case, asked.seed) for case in cases])
     for number, case in enumerate(cases):
         progress(number, len(cases), case_label(case))
         found = next(results)
@@ -256,11 +254,9 @@ def run_request(
     return path, record
 
 
-def case_label(case: Any) -> str:
-    """Name a case for progress: by its label where it has one, else by its values."""
-    if hasattr(case, "label"):
-        return str(case.label)
-    values = list(vars(case).values()) if is_dataclass(case) else [case]
+def case_label(case: Case) -> str:
+    """Name a case for progress by its arguments, those with a label by that."""
+    values = [getattr(v, "label", v) for v in (*case.args, *case.keywords.values())]
     return ", ".join(f"{v:g}" if isinstance(v, float) else str(v) for v in values)
 
 

@@ -5,13 +5,12 @@ of two discs on the picture plane, sampled at FINENESS² places of each pixel. A
 when any of its places is; ``area`` counts the places themselves.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any
+from functools import partial
 
 import numpy as np
 
 from bench.counting import FLAT
+from bench.experiment import Case
 from bench.part_sizes import camera, density_of, prototypes_with, seed_of
 from bench.records.records import Point, columns
 from lod.arrays import Ints, Reals
@@ -40,33 +39,16 @@ NEAREST = 2.0
 """The distance, in bounds of an object, below which it is left out: it is about the eye."""
 
 
-@dataclass(frozen=True)
-class Case:
-    """A species, the metric and detail [px] that prune it, and the most objects that are drawn."""
-
-    species: str
-    metric: str
-    detail: float
-    objects: int
-    topic: str = "pixels"
-
-
-def cases(sizes: Mapping[str, Any], metric: str | None = None) -> list[Case]:
+def cases(objects: int, metric: str | None = None) -> list[Case]:
     """Return every species by every metric and detail; ``metric`` is one of them."""
     metrics = (*METRICS_TRIED, *([metric] if metric else []))
-    return [Case(s, m, d, sizes["objects"]) for s in SPECIES for m in metrics for d in DETAILS]
+    return [partial(measure, s, m, d, objects) for s in SPECIES for m in metrics for d in DETAILS]
 
 
-def measure(case: Case, seed: int) -> Point:
-    """Measure parts, pixels and area of the objects of one field."""
-    found = drawn(case.species, case.metric, case.detail, case.objects, seed)
-    named = {
-        "topic": case.topic,
-        "species": case.species,
-        "metric": case.metric,
-        "detail": case.detail,
-    }
-    return Point(named, samples=columns(found))
+def measure(species: str, metric: str, detail: float, objects: int, seed: int) -> Point:
+    """Measure parts, pixels and area of at most so many objects of one field."""
+    named = {"topic": "pixels", "species": species, "metric": metric, "detail": detail}
+    return Point(named, samples=columns(drawn(species, metric, detail, objects, seed)))
 
 
 def drawn(species: str, metric: str, detail: float, most: int, seed: int) -> dict[str, list[int]]:

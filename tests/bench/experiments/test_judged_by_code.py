@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from bench.experiment import experiments
-from bench.records.records import Column, Point, Record, read_record
+from bench.records.records import Column, Point, Record, read_record, where
 from bench.report.document import MARKS
 from lod.errors import InputError
 
@@ -140,13 +140,14 @@ def unmoved(judge, points: Points) -> set[str]:
 @pytest.mark.parametrize("name", EXPERIMENT)
 def test_every_claim_changes_with_its_columns(name):
     experiment, points = EXPERIMENTS[name], thinned(reference(name).points)
-    assert {claim.verdict for claim in experiment.judge(points)} <= set(MARKS)
-    assert unmoved(experiment.judge, points) == OF_NOTHING.get(name, set())
+    assert {claim.verdict for claim in experiment.judged(points)} <= set(MARKS)
+    assert unmoved(experiment.judged, points) == OF_NOTHING.get(name, set())
 
 
 def test_a_claim_that_rests_on_no_column_is_found():
-    judge, points = EXPERIMENTS["depth"].judge, reference("depth").points
-    fixed = replace(judge(points)[0], name="fixed")
+    judge, points = EXPERIMENTS["law"].topics["depth"].claims, reference("law").points
+    points = tuple(where(points, topic="depth"))
+    fixed = replace(next(judge(points)), estimand="fixed", condition={})
     assert unmoved(lambda points: (*judge(points), fixed), points) == {"fixed"}
 
 
