@@ -246,8 +246,7 @@ WORLD_SIDES = (0.1, 0.25, 0.5, 0.75, 1.0, 1.5, 3, 10, 100, 1e3, 1e4, 1e6)
 
 def scaling_grid(metric: str | None = None) -> list[Case]:
     """Return every case of ``scaling``; an installed metric is swept as `bounded` is."""
-    setups = [*SETUPS]
-    grid = [case for setup in setups for case in setup.cases()] + beyond_grid()
+    grid = [case for setup in SETUPS for case in setup.cases()] + beyond_grid()
     more = Setup("figure", metric, _SOME, 2.1e-2, 0.045, 340.0, 4).cases() if metric else []
     return grid + more
 

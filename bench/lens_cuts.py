@@ -57,7 +57,7 @@ def measure_lens_fields(fields: int, seed: int) -> Point:
     view = view_through(sight, 640)
     things = prototypes_with("figure", None), 4 * density_of("figure", COARSE_M)
     seeds = [seed_of("defocus", seed, index) for index in range(fields)]
-    counts = [sum(count_sizes(*things, view, each).by_size) for each in seeds]
+    counts = [sum(count_sizes(*things, view, each)[0]) for each in seeds]
     expected = float(predicted_sizes(*things, view).sum())
     named = {"topic": "defocus", "what": "fields"}
     return Point(named, (Prediction("parts", expected),), columns({"parts": counts}))

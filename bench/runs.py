@@ -14,7 +14,7 @@ import math
 import os
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
 from functools import lru_cache
 from pathlib import Path
@@ -89,31 +89,22 @@ class RunRequest:
     metric: str | None = None
 
 
-@dataclass(frozen=True)
-class Elapsed:
-    """Seconds by the clock, and of all cores, in this process and in those that it started."""
+def spent_since(start: Sequence[float] = (0.0, 0.0)) -> dict[str, float]:
+    """Return seconds by the clock, and of all cores, here and in processes that were started.
 
-    seconds: float
-    processor_seconds: float
-
-    @classmethod
-    def so_far(cls) -> "Elapsed":
-        """Return the time up to now, from a start that means nothing by itself."""
-        return cls(time.perf_counter(), math.fsum(os.times()[:4]))
-
-    def since(self, start: "Elapsed") -> dict[str, float]:
-        """Return the time since a start as plain data, in milliseconds' precision."""
-        return {
-            k.name: round(getattr(self, k.name) - getattr(start, k.name), 3) for k in fields(self)
-        }
+    They are counted from the values that this gave at a start, in milliseconds' precision.
+    """
+    now = time.perf_counter(), math.fsum(os.times()[:4])
+    passed = [round(one - other, 3) for one, other in zip(now, start, strict=True)]
+    return dict(zip(("seconds", "processor_seconds"), passed, strict=True))
 
 
 def measured_case(case: Case, seed: int) -> dict[str, Any]:
     """Measure a case: its points as plain data, and what made them, where and how long it took."""
-    start = Elapsed.so_far()
+    start = spent_since()
     found = case(seed)
     points = [found] if isinstance(found, Point) else found
-    made = {"case": case_label(case), **machine(), **Elapsed.so_far().since(start)}
+    made = {"case": case_label(case), **machine(), **spent_since([*start.values()])}
     return {"points": [point_json(each) for each in points], "made": made}
 
 
@@ -137,12 +128,14 @@ class Journal:
     def finished(self, asked: RunRequest, record: Path) -> None:
         """Note that a record is finished; its cases need not be kept any longer."""
         _write(self._path("record", asked), record.name)
-        for path in self._cases(asked).glob("*.json"):
-            path.unlink()
+        self._discard_cases(asked)
 
     def discard(self, asked: RunRequest) -> None:
         """Forget what was asked for and its cases; records stay."""
         self._path("record", asked).unlink(missing_ok=True)
+        self._discard_cases(asked)
+
+    def _discard_cases(self, asked: RunRequest) -> None:
         for path in self._cases(asked).glob("*.json"):
             path.unlink()
 
@@ -194,7 +187,7 @@ def run_experiment(
     progress: Progress = silent,
 ) -> Record:
     """Measure all cases of the topics asked for, judge their points, and give the record."""
-    start = Elapsed.so_far()
+    start = spent_since()
     sizes, cases = {}, list[Case]()
     for name in asked.topics:
         topic = experiment.topics[name]
@@ -222,7 +215,7 @@ def run_experiment(
         provenance=_origin(experiment, asked, merged),
         points=merged,
         claims=experiment.judged(merged),
-        notes=notes | Elapsed.so_far().since(start),
+        notes=notes | spent_since([*start.values()]),
     )
 
 
@@ -244,8 +237,8 @@ def run_request(
     kept = each if in_one_go else journal.memoised(asked, each)
     record = run_experiment(experiment, asked, kept, progress)
     spent = {
-        key.name: round(math.fsum(case[key.name] for case in record.notes[CASES]), 1)
-        for key in fields(Elapsed)
+        name: round(math.fsum(case[name] for case in record.notes[CASES]), 1)
+        for name in spent_since()
     }
     made_by = {NOTE: take_probe(experiment.probe), SOURCES: sources()}
     record = replace(record, notes=record.notes | spent | made_by)

@@ -154,8 +154,7 @@ def measure_command(
     return points
 
 
-def over_imports(point: Point) -> Reals:
-    """Return the time of a command ÷ that of its imports and its trace, (turns,)."""
+def _over_imports(point: Point) -> Reals:
     names = "command_us", "imports_us", "trace_us"
     command, imports, traced = (point.values(name) for name in names)
     return np.asarray(command / (imports + traced))
@@ -164,7 +163,7 @@ def over_imports(point: Point) -> Reals:
 def start_claims(points: Sequence[Point]) -> Iterator[Claim]:
     """Bound the time of warm commands by that of their imports, and of the rays of a frame."""
     for point in where(points, kept="warm"):
-        found = over_imports(point)
+        found = _over_imports(point)
         if len(found) >= LEAST_REPEATS:
             traced = bool(point.values("trace_us").any())
             work = "its imports and trace" if traced else "its imports"
@@ -179,7 +178,7 @@ def start_tables(record: Record) -> Iterator[tuple[str, Table]]:
     rows: list[tuple[str, ...]] = []
     for point in record.points:
         columns_us = (point.values(f"{name}_us") for name in ("imports", "trace", "command"))
-        found = over_imports(point)
+        found = _over_imports(point)
         enough = len(found) >= LEAST_REPEATS
         rows.append(
             (

@@ -53,12 +53,11 @@ def cases(target_spp: Mapping[str, int], seeds: int) -> list[Case]:
             for way, variant in working.items()
             for visibility in VISIBILITIES_M
         ),
-        *(partial(measure_meadow, number) for number in range(seeds)),
+        *(partial(_measure_meadow, number) for number in range(seeds)),
     ]
 
 
-def measure_meadow(number: int, seed: int) -> list[Point]:
-    """Measure one render of the meadow in every haze: a point for each band of distance."""
+def _measure_meadow(number: int, seed: int) -> list[Point]:
     frame, scene = _meadow()
     return [
         Point(
@@ -90,7 +89,6 @@ def measure_targets(way: str, visibility: float, variant: str, spp: int, seed: i
 
 @lru_cache(maxsize=1)
 def _meadow() -> tuple[FrameInput, str]:
-    """The frame of the meadow, and a digest of its preset."""
     preset = load_preset("meadow", list(MEADOW))
     return Scene(preset).input(1, choose()), scene_digest([preset.model_dump(mode="json")])
 
@@ -176,7 +174,6 @@ def _of_way(
 
 
 def _visibility(point: Point) -> Iterator[Claim]:
-    """Claim that V at 550 nm, from black and from grey targets, is the V of the air."""
     way, true = point.case["way"], point.case["visibility"]
     for name, beta, error in zip(("black", "grey"), *found(point), strict=True):
         seen = visibility_seen(beta, error)

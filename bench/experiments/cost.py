@@ -18,13 +18,7 @@ import numpy as np
 
 from bench.children import run_in_child
 from bench.experiment import Case, Experiment, Table, Topic
-from bench.frame_costs import (
-    WORLD,
-    Size,
-    measure_process,
-    measure_worlds,
-    window_costs,
-)
+from bench.frame_costs import WORLD, Size, measure_process, measure_worlds, window_costs
 from bench.frame_memory import GROWTH, HELD, measure_memory, memory_claims
 from bench.images.differences import errors, flips
 from bench.images.equal_error import EQUAL_ERROR
@@ -54,8 +48,7 @@ from lod.arrays import Reals
 from scenes.render.variants import choose, works
 
 
-def measure_size(case: Size, seed: int) -> list[Point]:
-    """Measure one world on both sides: a point for each."""
+def _measure_size(case: Size, seed: int) -> list[Point]:
     made, seen = [], dict[str, list[np.ndarray]]()
     world_seed = first_seed(case.unseen, 4) + 12 * seed + case.field
     for side in ("whole", "pruned"):
@@ -105,16 +98,15 @@ The eye is in the middle, and whoever walks may come from a little further.
 """
 
 
-def cost_claims(points: Sequence[Point]) -> Iterator[Claim]:
-    """Bound shares of a preset's frame, and what pruning saves of every size of world."""
+def _cost_claims(points: Sequence[Point]) -> Iterator[Claim]:
     told, made = {"preset": "meadow"}, partial(claim, source="§4.2")
     if frames := where(points, what="frames"):
-        whole = frame_us(frames[0])
+        whole = _frame_us(frames[0])
         for what, stage, most in (
             ("the metric", "metric", 0.01),
             ("finding and pruning", "prune", 0.1),
         ):
-            found = two_sided_median(stage_us(frames[0], stage) / whole)
+            found = two_sided_median(_stage_us(frames[0], stage) / whole)
             estimand, shown = f"time of {what} ÷ time of a frame", stage == "prune"
             yield made(estimand, at_most(most), told, found, unit="frame", headline=shown)
         world = where(points, what="processes")[0].values("world")
@@ -132,11 +124,11 @@ def _size_claims(kind: str, objects: float, pruned: Point, unpruned: Point) -> I
     of: dict[str, str | float] = {"kind": kind, "objects": objects}
     later = {**of, "scene": "unpruned built once" if kind in STILL else "both rebuilt per frame"}
     made = partial(claim, source="§4.1, §4.2")
-    trace = ratio(stage_us(pruned, "trace"), stage_us(unpruned, "trace"))
+    trace = ratio(_stage_us(pruned, "trace"), _stage_us(unpruned, "trace"))
     yield made("time to trace, pruned ÷ unpruned", within(1, 0.25), of, trace, unit="frame")
-    frame = ratio(frame_us(pruned), later_us(unpruned))
+    frame = ratio(_frame_us(pruned), later_us(unpruned))
     yield made("time of a later frame, pruned ÷ unpruned", at_most(1), later, frame, unit="frame")
-    set_up = ratio(set_up_us(pruned), set_up_us(unpruned))
+    set_up = ratio(_set_up_us(pruned), _set_up_us(unpruned))
     yield made("time to set up a frame, pruned ÷ unpruned", at_most(1), of, set_up, unit="frame")
     held = ratio(pruned.values("peak_bytes"), unpruned.values("peak_bytes"))
     yield made("memory of a first frame, pruned ÷ unpruned", at_most(1), of, held, unit="field")
@@ -149,17 +141,17 @@ def ratio(pruned: Reals, unpruned: Reals) -> Estimate:
     return two_sided_factor(np.maximum(pruned, 1) / np.maximum(unpruned, 1))
 
 
-def stage_us(point: Point, stage: str) -> Reals:
+def _stage_us(point: Point, stage: str) -> Reals:
     """Return the time of a stage of every frame, (frames,) [µs]."""
     return point.values("us", stage=stage)
 
 
-def set_up_us(point: Point) -> Reals:
+def _set_up_us(point: Point) -> Reals:
     """Return the time of every frame before its trace, (frames,) [µs]."""
-    return np.asarray(np.sum([stage_us(point, stage) for stage in SET_UP], axis=0))
+    return np.asarray(np.sum([_stage_us(point, stage) for stage in SET_UP], axis=0))
 
 
-def frame_us(point: Point) -> Reals:
+def _frame_us(point: Point) -> Reals:
     """Return the time of every frame, all stages that were timed, (frames,) [µs]."""
     timed = [each.values for each in point.samples if each.keys.get("stage") in STAGES]
     return np.asarray(np.sum(timed, axis=0), np.float64)
@@ -171,11 +163,10 @@ def later_us(point: Point) -> Reals:
     That is so of an unpruned scene. What a walking eye has pruned changes with every step.
     """
     still = point.case["kind"] in STILL and point.case["side"] == "whole"
-    return stage_us(point, "trace") if still else frame_us(point)
+    return _stage_us(point, "trace") if still else _frame_us(point)
 
 
-def world_claims(points: Sequence[Point]) -> Iterator[Claim]:
-    """Claim that pruned worlds beyond the limit are one frame, and what unpruned ones cost."""
+def _world_claims(points: Sequence[Point]) -> Iterator[Claim]:
     beyond, unpruned = beyond_limit(points), where(points, metric="full")
     largest, last = unpruned[-1], beyond[-1]
     of, made = {"preset": WORLD}, partial(claim, unit="round", source="§4.1")
@@ -225,8 +216,7 @@ def added_by_parts(points: Sequence[Point]) -> tuple[np.ndarray, np.ndarray]:
 _LABELS = {"blake": "pruned", "full": "unpruned"}
 
 
-def cost_plots(record: Record) -> Iterator[Plot]:
-    """Draw the stages of a frame, and both sides of larger worlds."""
+def _cost_plots(record: Record) -> Iterator[Plot]:
     if frames := where(record.points, what="frames"):
         yield _stages_plot(frames[0])
     sizes = where(record.points, what="size")
@@ -234,10 +224,10 @@ def cost_plots(record: Record) -> Iterator[Plot]:
 
 
 def _stages_plot(frames: Point) -> Plot:
-    whole = frame_us(frames) / 1e6
+    whole = _frame_us(frames) / 1e6
     x = [float(n + 1) for n in range(len(whole))]
     drawn = [
-        Curve(name, x, (np.maximum(stage_us(frames, stage), 1) / 1e6).tolist())
+        Curve(name, x, (np.maximum(_stage_us(frames, stage), 1) / 1e6).tolist())
         for stage, name in (*STAGES.items(), ("metric", "the metric alone"))
     ]
     words = "; ".join(f"{c.label}: {np.median(c.y):.3g} s" for c in drawn)
@@ -251,12 +241,14 @@ def _stages_plot(frames: Point) -> Plot:
 
 
 def _size_plot(kind: str, points: Sequence[Point]) -> Plot:
-    """Draw set-up and trace of both sides against the objects of a world."""
     drawn = []
     for (side,), row in grouped(points, "side").items():
         label = "unpruned" if side == "whole" else side
         x = [float(p.case["objects"]) for p in row]
-        for name, of_point in (("set-up", set_up_us), ("trace", partial(stage_us, stage="trace"))):
+        for name, of_point in (
+            ("set-up", _set_up_us),
+            ("trace", partial(_stage_us, stage="trace")),
+        ):
             y = [max(float(np.median(of_point(p))), 1.0) / 1e6 for p in row]
             drawn.append(Curve(f"{name}, {label}", x, y))
     words = "; ".join(f"{c.label}: {', '.join(f'{y:.3g}' for y in c.y)} s" for c in drawn)
@@ -269,8 +261,7 @@ def _size_plot(kind: str, points: Sequence[Point]) -> Plot:
     return curves(f"sizes-{kind}", f"Larger worlds: {kind}", caption, axis, drawn)
 
 
-def world_plots(record: Record) -> Iterator[Plot]:
-    """Draw the time of a frame in any world."""
+def _world_plots(record: Record) -> Iterator[Plot]:
     points = record.points
     beyond, unpruned = beyond_limit(points), where(points, metric="full")
     models = compare_with_log(*added_by_parts(unpruned))
@@ -303,14 +294,13 @@ def world_plots(record: Record) -> Iterator[Plot]:
     yield curves("time", "A frame in ever larger worlds", caption, axis, drawn)
 
 
-def size_tables(record: Record) -> Iterator[tuple[str, Table]]:
-    """Show stages, memory and error of each side of every size of world."""
+def _size_tables(record: Record) -> Iterator[tuple[str, Table]]:
     stages = (*SET_UP, "trace")
     heads = ("world", "objects", "side", *(f"{STAGES[stage]} (s)" for stage in stages))
     rows: list[tuple[str, ...]] = []
     for point in where(record.points, what="size"):
         case, pruned = point.case, point.case["side"] == "pruned"
-        times = (f"{np.median(stage_us(point, stage)) / 1e6:.3f}" for stage in stages)
+        times = (f"{np.median(_stage_us(point, stage)) / 1e6:.3f}" for stage in stages)
         held = f"{np.median(point.values('peak_bytes')) / 1e6:.0f}"
         error = f"{errors(point).mean():.4f}" if pruned else ""
         side = "pruned" if pruned else "unpruned"
@@ -319,7 +309,7 @@ def size_tables(record: Record) -> Iterator[tuple[str, Table]]:
     yield title, ((*heads, "memory (MB)", "FLIP without noise"), rows)
 
 
-def cost_cases(
+def _cost_cases(
     processes: int,
     worlds: Mapping[str, Sequence[float]],
     fields: int,
@@ -329,13 +319,12 @@ def cost_cases(
     frames: int,
     samples: Sequence[int],
 ) -> list[Case]:
-    """Return fresh processes, and every field of every size of world."""
     variant = choose()
     return [
         *(partial(measure_process, number, variant) for number in range(processes)),
         *(
             partial(
-                measure_size,
+                _measure_size,
                 Size(kind, objects, field, unseen, size, spp, frames, tuple(samples), variant),
             )
             for kind, several in worlds.items()
@@ -345,14 +334,12 @@ def cost_cases(
     ]
 
 
-def memory_cases(scenes: int, frames: int) -> list[Case]:
-    """Return the first scenes whose variants work here, and a case of many frames."""
+def _memory_cases(scenes: int, frames: int) -> list[Case]:
     here = [each for each in HELD if works(each.variant) is True]
     return [partial(measure_memory, e) for e in (*here[:scenes], replace(GROWTH, frames=frames))]
 
 
-def start_cases(presets: Sequence[str], warm: int, cold: int) -> list[Case]:
-    """Return a count, and the first frame of every preset."""
+def _start_cases(presets: Sequence[str], warm: int, cold: int) -> list[Case]:
     frames = (("render", preset, "--size", "640x360", "--spp", "16") for preset in presets)
     return [
         partial(measure_command, ("count", "meadow"), warm, cold, None),
@@ -367,10 +354,10 @@ EXPERIMENT = Experiment(
     topics={
         "cost": Topic(
             about="seconds and bytes of a frame, stage by stage; of larger worlds, pruned or not",
-            cases=cost_cases,
-            claims=cost_claims,
-            plots=cost_plots,
-            tables=size_tables,
+            cases=_cost_cases,
+            claims=_cost_claims,
+            plots=_cost_plots,
+            tables=_size_tables,
             full={
                 "processes": 8,
                 "worlds": {"meadow": [1e3, 1e4, 3e4], "crowd": [1e3, 1e4, 1e5]},
@@ -396,15 +383,15 @@ EXPERIMENT = Experiment(
         "world": Topic(
             about="one frame in worlds of 10³ to 10¹⁵ objects, and all objects of small ones",
             cases=lambda repeats: [partial(measure_worlds, repeats)],
-            claims=world_claims,
-            plots=world_plots,
+            claims=_world_claims,
+            plots=_world_plots,
             full={"repeats": 31},
             quick={"repeats": 8},
             seconds=(120.0, 40.0),
         ),
         "memory": Topic(
             about="memory of frames in fresh processes, against what the memory model estimates",
-            cases=memory_cases,
+            cases=_memory_cases,
             claims=memory_claims,
             full={"scenes": len(HELD), "frames": 200},
             quick={"scenes": 1, "frames": 20},
@@ -422,7 +409,7 @@ EXPERIMENT = Experiment(
         ),
         "start": Topic(
             about="seconds from the shell to an answer, against imports and the rays of a frame",
-            cases=start_cases,
+            cases=_start_cases,
             claims=start_claims,
             tables=start_tables,
             full={"presets": ["meadow", "forest"], "warm": 9, "cold": 1},

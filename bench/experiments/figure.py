@@ -98,8 +98,8 @@ def cases(
     every += [Curve(PERSON, each, EXAGGERATED_PX) for each in metrics]
     return [
         *(partial(measure_curve, curve, poses, distances) for curve in every),
-        *(partial(measure_sizes, kind) for kind in EVERYTHING),
-        *(partial(measure_posing, task, posed, repeats) for task in POINTS_PER_JOINT),
+        *(partial(_measure_sizes, kind) for kind in EVERYTHING),
+        *(partial(_measure_posing, task, posed, repeats) for task in POINTS_PER_JOINT),
     ]
 
 
@@ -119,8 +119,7 @@ def shapes_digest(kind: str) -> str:
     return scene_digest(kind, arrays)
 
 
-def measure_sizes(kind: str, seed: int) -> Point:
-    """List level, whole and P of every part of a kind of object."""
+def _measure_sizes(kind: str, seed: int) -> Point:
     tree = object_of(kind).hierarchy
     P_um = np.rint(tree.P * UM_PER_M).astype(np.int64).tolist()
     found = {"level": tree.level.tolist(), "whole": tree.parent.tolist(), "P_um": P_um}
@@ -128,8 +127,7 @@ def measure_sizes(kind: str, seed: int) -> Point:
     return Point(named, samples=columns(found), scene=shapes_digest(kind))
 
 
-def measure_posing(task: str, poses: int, repeats: int, seed: int) -> Point:
-    """Time both ways of posing so many poses, again and again."""
+def _measure_posing(task: str, poses: int, repeats: int, seed: int) -> Point:
     rig, points = object_of(PERSON).rig, POINTS_PER_JOINT[task]
     apart, times = posing_times(rig, poses, points, repeats, seed)
     named = {"topic": "figure", "what": POSED, "task": task, "poses": poses, "joints": len(rig)}

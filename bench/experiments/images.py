@@ -19,15 +19,7 @@ from bench.images import colonnade, cover, fields, pixels, shipped, spectrum
 from bench.images.differences import band_name, coverage_ratio, errors, luminance_ratio, same_place
 from bench.images.equal_error import EQUAL_ERROR, GRASS_ERROR, Reached, equal_error
 from bench.plots import Curve, Plot, curves, estimated
-from bench.records.claims import (
-    EXACT,
-    UNREPLICATED,
-    Claim,
-    at_most,
-    claim,
-    equals,
-    within,
-)
+from bench.records.claims import EXACT, UNREPLICATED, Claim, at_most, claim, equals, within
 from bench.records.records import NOTE, Point, Record, grouped, where
 from bench.statistics.estimates import (
     Estimate,
@@ -109,7 +101,7 @@ def _shipped_claims(points: Sequence[Point]) -> Iterator[Claim]:
         light = two_sided_mean(shipped.light_ratios(point))
         estimand = "luminance ratio of the land at shipped settings"
         yield of_place(estimand, within(1, 0.01), preset, light)
-        off = exactly(float(sum(each.off for each in shipped.judged_bands(point))))
+        off = exactly(float(shipped.bands_off(point)))
         estimand = f"bands of distance whose luminance is off by more than {100 * BAND_MARGIN:g} %"
         yield _claim(estimand, at_most(0), preset, off, unit=UNREPLICATED)
 
@@ -243,7 +235,6 @@ def _fidelity_plots(record: Record) -> Iterator[Plot]:
 
 
 def _shipped_plots(record: Record) -> Iterator[Plot]:
-    """Draw the ground's error against its triangles, of every preset whose ground stood alone."""
     drawn = []
     for (preset,), row in grouped(where(record.points, pruned=shipped.GROUND), "preset").items():
         at = {float(p.values("triangles").mean()): p for p in row}

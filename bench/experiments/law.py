@@ -90,8 +90,7 @@ def measure_scaling(case: Case, rule: StoppingRule, seed: int) -> Point:
     return Point(named, predictions(asdict(law)), columns(samples), scene)
 
 
-def measure_depth(extent: float, metric: str, fields: int, seed: int) -> Point:
-    """Count what rays pierce in fields of a world of a side [m] that a metric prunes."""
+def _measure_depth(extent: float, metric: str, fields: int, seed: int) -> Point:
     rows = np.array([pierced_in_field(extent, metric, seed, k) for k in range(fields)])
     found = [Column("pierced", rows[:, k].tolist(), {"quadrant": k}) for k in range(QUADRANTS)]
     named = {"topic": "depth", "extent": extent, "metric": metric}
@@ -161,8 +160,7 @@ def rows(points: Iterable[Point], what: str, examined: bool = False) -> Rows:
     return Rows(np.concatenate(counts), *np.concatenate(values).T)
 
 
-def by_kind(points: Iterable[Point]) -> dict[tuple[Any, ...], list[Point]]:
-    """Group points of SWEEPS by species and metric, in the order they come."""
+def _by_kind(points: Iterable[Point]) -> dict[tuple[Any, ...], list[Point]]:
     chosen = [point for point in points if point.case.get("sweep") in SWEEPS]
     return grouped(chosen, "species", "metric")
 
@@ -171,7 +169,7 @@ def noise_of(points: Sequence[Point]) -> dict[str, float]:
     """Estimate the variance of fields about their prediction ÷ the variance of the law."""
     return {
         f"{metric}/{species}/{what}": round(rows(chosen, what).over_prediction().scale, 4)
-        for (species, metric), chosen in by_kind(points).items()
+        for (species, metric), chosen in _by_kind(points).items()
         for what in ("objects", "parts")
     }
 
@@ -185,9 +183,8 @@ _claim = partial(claim, unit="field", source="§4.1")
 _check = partial(_claim, kind="verification")
 
 
-def scaling_claims(points: Sequence[Point]) -> Iterator[Claim]:
-    """Claim the law of every species and metric, and where the flat-ground model ends."""
-    for (species, metric), chosen in by_kind(points).items():
+def _scaling_claims(points: Sequence[Point]) -> Iterator[Claim]:
+    for (species, metric), chosen in _by_kind(points).items():
         yield from _of_kind({"metric": metric, "species": species}, chosen)
     for sweep in BEYOND:
         if chosen := where(points, sweep=sweep):
@@ -195,7 +192,6 @@ def scaling_claims(points: Sequence[Point]) -> Iterator[Claim]:
 
 
 def _of_kind(kind: dict[str, str], points: list[Point]) -> Iterator[Claim]:
-    """Claim exponents and prefactor of one species and metric, and what is examined for it."""
     for name in SWEEPS if kind["metric"] == PRUNED else ("density",):
         sweep = SWEEPS[name]
         chosen = [p for p in where(points, sweep=name) if _is_claimed(name, p)]
@@ -227,7 +223,6 @@ def _is_claimed(sweep: str, point: Point) -> bool:
 
 
 def _beyond_claims(sweep: str, points: list[Point]) -> Iterator[Claim]:
-    """Claim the extended model of all cases, and the flat-ground model of both ends."""
     title = BEYOND[sweep].title
     scene, bound = {"scene": title[:1].lower() + title[1:]}, within(1, SINGLE)
     for what in ("objects", "parts"):
@@ -253,29 +248,27 @@ def over_flat_ground(point: Point) -> Estimate:
     return Estimate(value, low, high, share * found.standard_error, found.scale, found.rows)
 
 
-def all_pierced(point: Point) -> Reals:
-    """Return the sticks that all rays of each field pierce, (fields,)."""
+def _all_pierced(point: Point) -> Reals:
     return np.sum([point.values("pierced", quadrant=k) for k in range(QUADRANTS)], axis=0)
 
 
-def depth_claims(points: Sequence[Point]) -> Iterator[Claim]:
-    """Claim growth with the world, pruned and not, and that every quadrant is like all of them."""
+def _depth_claims(points: Sequence[Point]) -> Iterator[Claim]:
     pruned, full = (
         sorted(where(points, metric=m), key=lambda p: p.case["extent"]) for m in (PRUNED, UNPRUNED)
     )
-    counts = np.concatenate([all_pierced(p) for p in full])
-    extent = np.concatenate([np.full(len(all_pierced(p)), p.case["extent"]) for p in full])
+    counts = np.concatenate([_all_pierced(p) for p in full])
+    extent = np.concatenate([np.full(len(_all_pierced(p)), p.case["extent"]) for p in full])
     estimand, unpruned = "exponent of surfaces pierced against side of the world", "unpruned"
     growth = two_sided_slope(counts, extent)
     yield _claim(estimand, within(1.0, 0.2), {"pruning": unpruned}, growth)
     near, far = pruned[-2:]  # the same fields in two windows, both larger than the limit
     sides = f"{far.case['extent']:g} m ÷ {near.case['extent']:g} m"
-    same = two_sided_paired_ratio(all_pierced(far), all_pierced(near))
+    same = two_sided_paired_ratio(_all_pierced(far), _all_pierced(near))
     of, check = {"pruning": "pruned"}, partial(_check, alone=EXACT)
     yield check(f"surfaces pierced, side of the world {sides}", within(1.0, 0.02), of, same)
     for k in range(QUADRANTS):
         counts = QUADRANTS * far.values("pierced", quadrant=k)
-        found = two_sided_paired_ratio(counts, all_pierced(far))
+        found = two_sided_paired_ratio(counts, _all_pierced(far))
         estimand = "surfaces pierced ÷ mean of all directions"
         yield check(estimand, within(1.0, 0.15), {**of, "quadrant": k + 1}, found)
 
@@ -298,9 +291,8 @@ def notes(points: tuple[Point, ...]) -> dict[str, Any]:
 _PER_FIELD = "mean number per field"
 
 
-def scaling_plots(record: Record) -> Iterator[Plot]:
-    """Draw every sweep of the default metric, and all metrics against their prediction."""
-    kinds, noise = by_kind(record.points), noise_of(record.points)
+def _scaling_plots(record: Record) -> Iterator[Plot]:
+    kinds, noise = _by_kind(record.points), noise_of(record.points)
     for species, metric in kinds:
         for sweep in SWEEPS if metric == PRUNED else ():
             if points := where(record.points, species=species, metric=metric, sweep=sweep):
@@ -313,7 +305,7 @@ def scaling_plots(record: Record) -> Iterator[Plot]:
 
 
 def _mean(point: Point, column: str) -> float:
-    return float(np.mean(point.column(column)))
+    return float(point.values(column).mean())
 
 
 def half_interval(point: Point, what: str, noise: Mapping[str, float]) -> float:
@@ -416,12 +408,11 @@ def _beyond_plot(sweep: str, points: list[Point]) -> Plot:
     return against_law(f"beyond-{sweep}", BEYOND[sweep].title, caption, axis, drawn)
 
 
-def depth_plots(record: Record) -> Iterator[Plot]:
-    """Draw what a ray pierces against the side of the world."""
+def _depth_plots(record: Record) -> Iterator[Plot]:
     drawn = []
     for metric, label in ((PRUNED, "pruned"), (UNPRUNED, "unpruned")):
         row = where(record.points, metric=metric)
-        found = [two_sided_mean(all_pierced(p) / (QUADRANTS * RAYS)) for p in row]
+        found = [two_sided_mean(_all_pierced(p) / (QUADRANTS * RAYS)) for p in row]
         drawn.append(estimated(label, [p.case["extent"] for p in row], found, least=1e-3))
     ends = "; ".join(f"{c.label} {c.y[0]:.2f} to {c.y[-1]:.2f}" for c in drawn)
     caption = (
@@ -446,8 +437,8 @@ EXPERIMENT = Experiment(
                 partial(measure_scaling, case, StoppingRule(**rule))
                 for case in scaling_grid(metric)
             ],
-            claims=scaling_claims,
-            plots=scaling_plots,
+            claims=_scaling_claims,
+            plots=_scaling_plots,
             accepts_metric=True,
             full={"target": 0.005, "least": 4, "most": 20_000},
             quick={"target": 0.01, "least": 2, "most": 4_000},
@@ -456,12 +447,12 @@ EXPERIMENT = Experiment(
         "depth": Topic(
             about="surfaces pierced by a ray to the limit, pruned and unpruned",
             cases=lambda fields: [
-                partial(measure_depth, extent, metric, fields)
+                partial(_measure_depth, extent, metric, fields)
                 for extent in EXTENTS_M
                 for metric in (PRUNED, UNPRUNED)
             ],
-            claims=depth_claims,
-            plots=depth_plots,
+            claims=_depth_claims,
+            plots=_depth_plots,
             full={"fields": 400},
             quick={"fields": 60},
             seconds=(35.0, 16.0),

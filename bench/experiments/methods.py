@@ -139,7 +139,9 @@ def measure_window(case: Window, seed: int) -> list[Point]:
                 named = {"topic": "rivals", **where, "arm": name, "setting": setting}
                 too_large.append(Point(named, samples=(Column("foretold_bytes", [needed]),)))
     if "full" in tried:
-        reference, pictures = _reference(tried["full"][0], case)
+        tried["full"][0].frame(1, case.variant)
+        rendered = [tried["full"][0].picture(seed) for seed in range(2 * case.pairs)]
+        reference, pictures = reference_of(rendered[0::2], rendered[1::2]), rendered[0::2]
         for runner in (each for row in tried.values() for each in row):
             _measure_error(runner, reference, pictures, case)
     timed = {name: next_to_equal_error(row) for name, row in tried.items()}
@@ -160,13 +162,6 @@ def estimated_bytes(method: Method, setting: float, scene: Scene, variant: str) 
     view = scene.view(1)
     found = forecast(scene.world, view, method.widest(view, setting))
     return frame_bytes(found, scene.preset, variant) + round(_KEPT_STICK * found.sticks)
-
-
-def _reference(full: Runner, case: Window) -> tuple[Reference, list[Layers]]:
-    """Render the unpruned window with every seed of every pair."""
-    full.frame(1, case.variant)
-    pictures = [full.picture(seed) for seed in range(2 * case.pairs)]
-    return reference_of(pictures[0::2], pictures[1::2]), pictures[0::2]
 
 
 def _measure_error(runner: Runner, reference: Reference, same: list[Layers], case: Window) -> None:
@@ -371,7 +366,6 @@ def _methods_table(record: Record) -> Table:
 def _cost(
     found: dict[str, list[AtEqualError]], points: Sequence[Point], method: str
 ) -> tuple[str, str]:
-    """Tell a method's seconds and megabytes at equal error, or why there are none."""
     if fields := found.get(method):
         reached = all(each.reached for each in fields)
         seconds = f"{np.mean([e.seconds for e in fields]):.2f}" if reached else "never reached"

@@ -165,19 +165,17 @@ CLIP_QUANTILE = 0.999
 """Of the residual over those pixels of a frame that the frame before looked at, too."""
 
 
-def popping_cases(fields: int, walks: int, unseen: bool) -> list[Case]:
-    """Return the species whose switches are counted, and the walks that are pruned in each way."""
+def _popping_cases(fields: int, walks: int, unseen: bool) -> list[Case]:
     rest = walks, unseen, choose()
     return [
-        *(partial(measure_switches, name, fields) for name in SPECIES),
+        *(partial(_measure_switches, name, fields) for name in SPECIES),
         *(partial(measure_walks, way, *rest) for way in WALK_WAYS),
     ]
 
 
-def shipped_cases(
+def _shipped_cases(
     presets: Sequence[str], pairs: int, unseen: bool, size: str, spp: int
 ) -> list[Case]:
-    """Return some pairs of frames each of a walk through every preset in every way."""
     made: list[Case] = []
     for preset in presets:
         place = places(preset, 1, size, first_seed(unseen))[0]
@@ -189,16 +187,15 @@ def shipped_cases(
     return made
 
 
-def view_at_step(step: int) -> View:
-    """Return the view all round after ``step`` steps of the walk."""
+def _view_at_step(step: int) -> View:
     eye = np.array((0.0, step * STEP_M, EYE_HEIGHT_M))
     camera = camera_from_heading(Corner(0, 0), eye, 0.0, 0.0, 60.0, (WIDTH_PX, 360))
     return View(camera, METRICS["blake"], look_around=True)
 
 
-def measure_switches(species: str, fields: int, seed: int) -> Point:
+def _measure_switches(species: str, fields: int, seed: int) -> Point:
     """Count every field's switches; each has a size and a distance, in thousandths."""
-    prototypes, m = prototypes_with(species, None), view_at_step(0).m
+    prototypes, m = prototypes_with(species, None), _view_at_step(0).m
     density = DENSER[species] * density_of(species, m)
     counts, sizes, distances = [], [], []
     for index in range(fields):
@@ -207,7 +204,7 @@ def measure_switches(species: str, fields: int, seed: int) -> Point:
         P = np.concatenate([tree.P for tree in field.prototypes.part_tables.hierarchies])
         count, before = 0, None
         for step in range(FRAMES + 1):
-            view = view_at_step(step)
+            view = _view_at_step(step)
             after = prune(field, view), view
             if before is not None:
                 for here, there in ((before, after), (after, before)):
@@ -222,14 +219,13 @@ def measure_switches(species: str, fields: int, seed: int) -> Point:
             before = after
         counts.append(count)
     samples = {"switches": counts, "size_mpx": sizes, "distance_mm": distances}
-    mean = FRAMES * expected_switches(prototypes, density, m)
+    mean = FRAMES * _expected_switches(prototypes, density, m)
     named = {"topic": "popping", "what": "switches", "species": species}
     looked_at = scene_digest([STEP_M, FRAMES, density], (tree.hierarchy.P for tree in prototypes))
     return Point(named, predictions({"switches": mean}), columns(samples), looked_at)
 
 
-def expected_switches(prototypes: tuple[Prototype, ...], density: float, m: float) -> float:
-    """Predict the mean number of parts that a step switches, by the law alone (§4.1)."""
+def _expected_switches(prototypes: tuple[Prototype, ...], density: float, m: float) -> float:
     total = 0.0
     for tree in (each.hierarchy for each in prototypes):
         height = EYE_HEIGHT_M - tree.position[:, 2]
@@ -354,8 +350,7 @@ MOST_RATIO = 1.1
 _row = partial(claim, unit="frame", source="§1.2", alone=UNREPLICATED)
 
 
-def popping_claims(points: Sequence[Point]) -> Iterator[Claim]:
-    """Claim the law of switches and their size, and what fading leaves of them."""
+def _popping_claims(points: Sequence[Point]) -> Iterator[Claim]:
     for point in where(points, what="switches"):
         counts, of = point.values("switches"), {"species": point.case["species"]}
         check = partial(_row, kind="verification")
@@ -392,8 +387,7 @@ def changes(point: Point, column: str = "changed_ppm") -> Reals:
     return point.values(column) / 1e6
 
 
-def shipped_claims(points: Sequence[Point]) -> Iterator[Claim]:
-    """Claim that nothing pops or jumps in a walk, and that fading leaves less than clipping."""
+def _shipped_claims(points: Sequence[Point]) -> Iterator[Claim]:
     for (preset,), rows in grouped(points, "preset").items():
         ways = {each.case["way"]: each for each in rows}
         shipped, of = ways[SHIPPED], {"preset": preset, "pruning": SHIPPED}
@@ -404,8 +398,7 @@ def shipped_claims(points: Sequence[Point]) -> Iterator[Claim]:
         yield _row(f"{RESIDUAL}, as shipped ÷ clipped", at_most(0.5), of, ratio)
 
 
-def film_claims(points: Sequence[Point]) -> Iterator[Claim]:
-    """Claim that nothing pops in a clip, and no more changes than unpruned but where planted."""
+def _film_claims(points: Sequence[Point]) -> Iterator[Claim]:
     for (clip,), rows in grouped(points, "clip").items():
         ways, of = {each.case["way"]: each for each in rows}, {"clip": clip}
         yield _row(POPPED, at_most(0), of, two_sided_mean(ways["pruned"].values("popped")))
@@ -425,8 +418,7 @@ def film_claims(points: Sequence[Point]) -> Iterator[Claim]:
 _SHARES = (0.01, 0.05, 0.1, 0.25, 0.5, 0.75, 0.9, 0.95, 0.99)
 
 
-def switch_plots(record: Record) -> Iterator[Plot]:
-    """Draw how switching distances are distributed."""
+def _switch_plots(record: Record) -> Iterator[Plot]:
     drawn, words = [], []
     for point in where(record.points, what="switches"):
         metres = point.values("distance_mm") / 1000
@@ -439,15 +431,13 @@ def switch_plots(record: Record) -> Iterator[Plot]:
         yield curves("popping", "Where parts switch", caption, axis, drawn)
 
 
-def shipped_plots(record: Record) -> Iterator[Plot]:
-    """Draw the residual of every walk."""
+def _shipped_plots(record: Record) -> Iterator[Plot]:
     for (preset,), points in grouped(record.points, "preset").items():
         name, about = f"shipped-{preset}", f"A walk through {preset}: the 99.99th percentile"
         yield _residual_plot(name, preset, about, points, MOST_CHANGE)
 
 
-def film_plots(record: Record) -> Iterator[Plot]:
-    """Draw the residual of every clip."""
+def _film_plots(record: Record) -> Iterator[Plot]:
     for (clip,), points in grouped(record.points, "clip").items():
         about = "A clip: the 99.9th percentile"
         yield _residual_plot(f"film-{clip}", clip, about, points, None)
@@ -477,18 +467,18 @@ EXPERIMENT = Experiment(
     topics={
         "popping": Topic(
             about="what comes and goes from frame to frame, its size, and what fading leaves",
-            cases=popping_cases,
-            claims=popping_claims,
-            plots=switch_plots,
+            cases=_popping_cases,
+            claims=_popping_claims,
+            plots=_switch_plots,
             full={"fields": 100, "walks": 12, "unseen": True},
             quick={"fields": 24, "walks": 3, "unseen": False},
             seconds=(260.0, 70.0),
         ),
         "popping_shipped": Topic(
             about="motion-compensated residual of walks through presets as shipped",
-            cases=shipped_cases,
-            claims=shipped_claims,
-            plots=shipped_plots,
+            cases=_shipped_cases,
+            claims=_shipped_claims,
+            plots=_shipped_plots,
             full={
                 "presets": ["forest", "mountain", "meadow"],
                 "pairs": 48,
@@ -507,8 +497,8 @@ EXPERIMENT = Experiment(
                 for clip in clips
                 for way in CLIP_WAYS
             ],
-            claims=film_claims,
-            plots=film_plots,
+            claims=_film_claims,
+            plots=_film_plots,
             full={"clips": list(CLIPS), "frames": [1, 24]},
             quick={"clips": ["stop"], "frames": [14, 17]},
             seconds=(600.0, 60.0),

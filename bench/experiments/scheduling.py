@@ -26,12 +26,7 @@ from bench.images.differences import PIXELS_PER_DEGREE
 from bench.plots import Curve, Plot, curves
 from bench.records.claims import EXACT, UNREPLICATED, Claim, at_least, at_most, claim
 from bench.records.records import Column, Key, Point, Record, columns, where
-from bench.statistics.estimates import (
-    Estimate,
-    exactly,
-    two_sided_paired_ratio,
-    two_sided_share,
-)
+from bench.statistics.estimates import Estimate, exactly, two_sided_paired_ratio, two_sided_share
 from lod.arrays import Reals
 from lod.motion import critical_hz
 from lod.pruner import prune
@@ -98,7 +93,7 @@ def measure_field(number: int, seed: int) -> list[Point]:
     ]
 
 
-def measure_times(rounds: int, variant: str, seed: int) -> Point:
+def _measure_times(rounds: int, variant: str, seed: int) -> Point:
     """Time frames that draw all parts and scheduled ones, in turns [µs of CPU time]."""
     common = (*CROWD, *TIMED, f"seed={seed}")
     scenes = {
@@ -115,7 +110,7 @@ def measure_times(rounds: int, variant: str, seed: int) -> Point:
     return Point({"topic": "updates", "what": "time", "move": "rest"}, samples=tuple(times))
 
 
-def acting_cases(
+def _acting_cases(
     frames: int,
     crowd: int,
     crowds: int,
@@ -123,7 +118,6 @@ def acting_cases(
     feet_seconds: Sequence[float],
     clear_seconds: Sequence[float],
 ) -> list[Case]:
-    """Return scenes of actors, of which the first ``crowds`` are those in which some wait."""
     waiting = partial(partial, measure_waiting, frames, crowd)
     several = [waiting(), waiting(threshold=1.0), waiting(threshold=2.0)]
     several += [waiting(density=0.02), waiting(density=0.08)]
@@ -146,7 +140,7 @@ def counted(scene: Scene) -> tuple[Column, ...]:
 
     The farthest is in px/1000, by every rule. Counts are also given by class of speed.
     """
-    shown, numbers = movers(scene, FRAME), replay_frames(FRAME)
+    shown, numbers = _movers(scene, FRAME), replay_frames(FRAME)
     made = [scene.poses(numbers, each) for each in shown]
     frames = [_together(each) for each in zip(*made, strict=True)]
     last, parts = frames[-1], len(frames[-1].refresh_due)
@@ -169,8 +163,7 @@ def counted(scene: Scene) -> tuple[Column, ...]:
     return tuple(found)
 
 
-def movers(scene: Scene, frame: int) -> list[DisplayedRepresentation]:
-    """Return what a frame displays of every representation whose parts may stay as drawn."""
+def _movers(scene: Scene, frame: int) -> list[DisplayedRepresentation]:
     view = scene.view(frame)
     shown = (display(each, prune(each, view), view) for each in scene.world.representations)
     return [each for each in shown if is_scheduled(each, scene.time_s(frame + 1))]
@@ -201,7 +194,7 @@ def _stage_seconds(scene: Scene, frame: int, variant: str) -> dict[str, float]:
     clock.append(time.process_time())
     render_frame(made, frame)
     clock.append(time.process_time())
-    shown = movers(scene, frame)
+    shown = _movers(scene, frame)
     drawn = [initial_state(each) for each in posed(frame - 1)]
     clock.append(time.process_time())
     now = posed(frame)
@@ -222,8 +215,7 @@ AIM_TIMES, AIM_PX = 3.0, 0.5
 """How many times fewer seconds are aimed at, and at which error, its 99.9th percentile."""
 
 
-def update_claims(points: Sequence[Point]) -> Iterator[Claim]:
-    """Claim how far off parts are, how many are drawn again, and what that takes and saves."""
+def _update_claims(points: Sequence[Point]) -> Iterator[Claim]:
     schedules = where(points, what="schedule")
     for threshold in THRESHOLDS if schedules else ():
         rule = f"{threshold:g} px"
@@ -250,8 +242,7 @@ def update_claims(points: Sequence[Point]) -> Iterator[Claim]:
             yield _claim(estimand, at_most(most), at, found, unit="frame")
 
 
-def acting_claims(points: Sequence[Point]) -> Iterator[Claim]:
-    """Hold crowds of whom some wait against the aim, and claim that nobody meets another."""
+def _acting_claims(points: Sequence[Point]) -> Iterator[Claim]:
     for point in where(points, what="waiting"):
         yield from _waiting_claims(point)
     for point in (*where(points, what="clearance"), *where(points, what="meetings")):
@@ -279,7 +270,6 @@ def cpu_us(point: Point, way: str, stage: str = "frame") -> Reals:
 
 
 def _waiting_claims(point: Point) -> Iterator[Claim]:
-    """Hold a crowd against the aim: fewer seconds, with hardly a part far off."""
     case = point.case
     told = {
         "actors": case["actors"],
@@ -348,9 +338,9 @@ EXPERIMENT = Experiment(
             about="how often parts are drawn again, how far off the others are, what is saved",
             cases=lambda fields, rounds: [
                 *(partial(measure_field, number) for number in range(fields)),
-                partial(measure_times, rounds, choose()),
+                partial(_measure_times, rounds, choose()),
             ],
-            claims=update_claims,
+            claims=_update_claims,
             plots=plots,
             full={"fields": 8, "rounds": 6},
             quick={"fields": 3, "rounds": 3},
@@ -358,8 +348,8 @@ EXPERIMENT = Experiment(
         ),
         "acting": Topic(
             about="what actors cost, what it saves that some wait, and who meets",
-            cases=acting_cases,
-            claims=acting_claims,
+            cases=_acting_cases,
+            claims=_acting_claims,
             full={
                 "frames": 96,
                 "crowd": 1000,

@@ -33,19 +33,12 @@ from bench.lens_cuts import (
     measure_lens_parts,
     measure_lens_pictures,
 )
-from bench.motion_cuts import (
-    FAST,
-    PICTURED,
-    SHOWN_SPP,
-    measure_field,
-    measure_pictures,
-)
+from bench.motion_cuts import FAST, PICTURED, SHOWN_SPP, measure_field, measure_pictures
 from bench.part_sizes import (
     BOUNDS_M,
     COARSE_M,
     DENSITY,
     SIZES,
-    SizeCounts,
     camera,
     count_sizes,
     density_of,
@@ -60,28 +53,14 @@ from bench.part_sizes import (
     view_through,
 )
 from bench.plots import Curve, Plot, curves, estimated
-from bench.records.claims import (
-    UNREPLICATED,
-    Claim,
-    at_least,
-    at_most,
-    claim,
-    equals,
-    within,
-)
+from bench.records.claims import UNREPLICATED, Claim, at_least, at_most, claim, equals, within
 from bench.records.records import Column, Point, Prediction, Record, grouped, where
 from bench.statistics.estimates import Estimate, one_sided_mean, two_sided_mean, two_sided_share
 from lod.air import Air, least_extinction
 from lod.arrays import Reals
 from lod.eye import Display
 from lod.view import View
-from lod.viewing import (
-    STANDARD_DISPLAY,
-    STANDARD_EYE,
-    BlurWidths,
-    ViewingConditions,
-    blur_widths,
-)
+from lod.viewing import STANDARD_DISPLAY, STANDARD_EYE, BlurWidths, ViewingConditions, blur_widths
 from scenes.render.variants import choose
 
 # Haze.
@@ -123,9 +102,10 @@ def measure_haze(
     things = prototypes_with(species, None), density_of(species, clear.m)
     unhazed = [count_sizes(*things, clear, each, visibilities_m) for each in seeds]
 
-    def parts(air: str, seen: list[SizeCounts], row: int) -> tuple[Column, ...]:
-        near = [each.near_counts[row] for each in seen]
-        return (*size_columns(seen, air=air), Column("parts_nearer_than_V", near, {"air": air}))
+    def parts(air: str, seen: list[Any], row: int) -> tuple[Column, ...]:
+        near = [nearer[row] for _, nearer in seen]
+        sizes = size_columns([by_size for by_size, _ in seen], air=air)
+        return (*sizes, Column("parts_nearer_than_V", near, {"air": air}))
 
     made = []
     for row, visibility in enumerate(visibilities_m):
@@ -184,7 +164,7 @@ def measure_eye(species: str, ppd: float, fields: int, seed: int) -> Point:
     predicted: list[Prediction] = []
     for viewer, (view, contrast) in eye_views(ppd).items():
         things = prototypes_with(species, contrast)
-        counts = [count_sizes(things, density, view, each) for each in seeds]
+        counts = [count_sizes(things, density, view, each)[0] for each in seeds]
         samples += size_columns(counts, viewer=viewer)
         predicted += size_predictions(predicted_sizes(things, density, view), viewer=viewer)
     widths = blur_widths(1.0, Display(ppd), STANDARD_EYE)
@@ -195,8 +175,7 @@ def measure_eye(species: str, ppd: float, fields: int, seed: int) -> Point:
 # Motion and lens.
 
 
-def motion_cases(fields: int, samples_per_pixel: int, pictured: int) -> list[Case]:
-    """Return fields, and pairs of pictures of the first ``pictured`` of the moves."""
+def _motion_cases(fields: int, samples_per_pixel: int, pictured: int) -> list[Case]:
     variant, most = choose(), samples_per_pixel
     return [
         *(partial(measure_field, number) for number in range(fields)),
@@ -209,8 +188,7 @@ def motion_cases(fields: int, samples_per_pixel: int, pictured: int) -> list[Cas
     ]
 
 
-def defocus_cases(fields: int, size: str, spp: Sequence[int]) -> list[Case]:
-    """Return the fields, the frame and, where there are samples, the pairs of pictures."""
+def _defocus_cases(fields: int, size: str, spp: Sequence[int]) -> list[Case]:
     pairs, rest = range(LEAST_PAIRS if spp else 0), (size, tuple(spp), choose())
     pictures = (partial(measure_lens_pictures, k, *rest) for k in pairs)
     frame = partial(measure_lens_parts, "480x270")
@@ -234,8 +212,7 @@ _row = partial(claim, unit="field", source=_DERIVED, alone=UNREPLICATED)
 _check = partial(_row, source=_LAW, kind="verification")
 
 
-def haze_claims(points: Sequence[Point]) -> Iterator[Claim]:
-    """Claim how much haze leaves, of every species, viewer and width."""
+def _haze_claims(points: Sequence[Point]) -> Iterator[Claim]:
     for kind, chosen in grouped(points, *HAZE_KIND).items():
         yield from _of_haze(dict(zip(HAZE_KIND, kind, strict=True)), chosen)
 
@@ -269,8 +246,7 @@ def _of_haze(kind: dict[str, Any], points: list[Point]) -> Iterator[Claim]:
         yield _row("share of parts under 1 m that haze hides", at_most(0.05), at, small)
 
 
-def eye_claims(points: Sequence[Point]) -> Iterator[Claim]:
-    """Claim what display and eye leave, by viewer, and at the usual display."""
+def _eye_claims(points: Sequence[Point]) -> Iterator[Claim]:
     for (species,), chosen in grouped(points, "species").items():
         for viewer, label in VIEWERS.items():
             found, law = shares_kept(chosen, {"viewer": viewer}, {"viewer": "ideal"})
@@ -289,8 +265,7 @@ def eye_claims(points: Sequence[Point]) -> Iterator[Claim]:
             yield _check(estimand, at_most(0.01), at, lost, source=_DERIVED)
 
 
-def is_fast(point: Point) -> bool:
-    """Say whether a point is of the fast pan that the claims are about."""
+def _is_fast(point: Point) -> bool:
     return asdict(FAST).items() <= point.case.items()
 
 
@@ -310,8 +285,7 @@ def one_sided_excess_flip(point: Point) -> Estimate:
     return one_sided_excess(*(point.values(k) / 1e6 for k in ("flip", "flip_floor")))
 
 
-def motion_claims(points: Sequence[Point]) -> Iterator[Claim]:
-    """Claim what motion hides of fields, and that blurred pictures do not miss it."""
+def _motion_claims(points: Sequence[Point]) -> Iterator[Claim]:
     hides, pan = "share of parts that motion hides", {"camera": "pan of 90°/s, 180° shutter"}
     pictured = False
     for point in (p for p in points if p.case["world"] != "picture"):
@@ -327,13 +301,13 @@ def motion_claims(points: Sequence[Point]) -> Iterator[Claim]:
         elif turn == speed == 0:
             rest = {"camera": "at rest"}
             yield _check(hides, equals(0), rest, left_out(point), source=_DERIVED)
-        elif is_fast(point):  # with less, that its picture stays as it is would say nothing
+        elif _is_fast(point):  # with less, that its picture stays as it is would say nothing
             made = _row(hides, at_least(0.1), pan, left_out(point))
             pictured = made.verdict == "holds"
             yield made
         elif speed == 1.4:
             yield _row(hides, at_most(0.01), {"camera": "walk, 1.4 m/s"}, left_out(point))
-    fast = {p.case["cut"]: p for p in where(points, world="picture") if is_fast(p)}
+    fast = {p.case["cut"]: p for p in where(points, world="picture") if _is_fast(p)}
     estimand = "excess FLIP over the picture cut by size and distance"
     of_pair = partial(_row, unit="pair of seeds")
     if pictured and "motion" in fast:
@@ -344,8 +318,7 @@ def motion_claims(points: Sequence[Point]) -> Iterator[Claim]:
         yield of_pair(estimand, at_least(EQUAL_ERROR), at, found, kind="verification")
 
 
-def defocus_claims(points: Sequence[Point]) -> Iterator[Claim]:
-    """Claim the law of a lens, and what a cut that knows of it costs the picture."""
+def _defocus_claims(points: Sequence[Point]) -> Iterator[Claim]:
     lens = {"lens": f"50 mm, f/{F_STOP:g}, focus at {FOCUS_M:g} m"}
     for point in where(points, what="fields"):
         found = two_sided_mean(point.values("parts") / point.prediction("parts"))
@@ -360,14 +333,12 @@ def defocus_claims(points: Sequence[Point]) -> Iterator[Claim]:
 # Plots.
 
 
-def haze_plots(record: Record) -> Iterator[Plot]:
-    """Draw the parts of each size that haze leaves."""
+def _haze_plots(record: Record) -> Iterator[Plot]:
     for kind, points in grouped(record.points, *HAZE_KIND).items():
         yield _haze_plot(points, *kind)
 
 
-def eye_plots(record: Record) -> Iterator[Plot]:
-    """Draw the parts that display and eye leave."""
+def _eye_plots(record: Record) -> Iterator[Plot]:
     for (species,), points in grouped(record.points, "species").items():
         drawn = []
         for viewer, label in VIEWERS.items():
@@ -383,8 +354,7 @@ def eye_plots(record: Record) -> Iterator[Plot]:
         yield curves(f"eye-{species}", title, caption, axis, drawn)
 
 
-def motion_plots(record: Record) -> Iterator[Plot]:
-    """Draw the parts that a pan leaves, by its speed."""
+def _motion_plots(record: Record) -> Iterator[Plot]:
     if pans := where(record.points, world="endless", speed=0.0, shutter=180.0):
         found = [two_sided_share(parts(p, "motion"), parts(p, "spatial")) for p in pans]
         drawn = estimated("meadow, 640 px", [point.case["turn"] for point in pans], found)
@@ -395,8 +365,7 @@ def motion_plots(record: Record) -> Iterator[Plot]:
         yield curves("motion", title, caption, axis, [drawn], ("linear", "log"))
 
 
-def defocus_plots(record: Record) -> Iterator[Plot]:
-    """Draw parts by distance, of both cuts."""
+def _defocus_plots(record: Record) -> Iterator[Plot]:
     if seen := {p.case["cut"]: p for p in where(record.points, what="parts")}:
         drawn = []
         for cut in LENS_CUTS:
@@ -437,8 +406,8 @@ EXPERIMENT = Experiment(
         "haze": Topic(
             about="parts of each size that haze hides, from V = 0.5 to 50 km, against the law",
             cases=lambda fields: [partial(measure_haze, *each, fields) for each in HAZE_CASES],
-            claims=haze_claims,
-            plots=haze_plots,
+            claims=_haze_claims,
+            plots=_haze_plots,
             full={"fields": 80},
             quick={"fields": 12},
             seconds=(80.0, 60.0),
@@ -450,26 +419,26 @@ EXPERIMENT = Experiment(
                 for species in DENSITY
                 for ppd in PIXELS_PER_DEGREE
             ],
-            claims=eye_claims,
-            plots=eye_plots,
+            claims=_eye_claims,
+            plots=_eye_plots,
             full={"fields": 60},
             quick={"fields": 10},
             seconds=(40.0, 30.0),
         ),
         "motion": Topic(
             about="parts that an open shutter hides, and whether the blurred picture misses them",
-            cases=motion_cases,
-            claims=motion_claims,
-            plots=motion_plots,
+            cases=_motion_cases,
+            claims=_motion_claims,
+            plots=_motion_plots,
             full={"fields": 12, "samples_per_pixel": 576, "pictured": 5},
             quick={"fields": 4, "samples_per_pixel": 32, "pictured": 1},
             seconds=(270.0, 180.0),
         ),
         "defocus": Topic(
             about="parts that a lens hides, against the law, and what that costs the picture",
-            cases=defocus_cases,
-            claims=defocus_claims,
-            plots=defocus_plots,
+            cases=_defocus_cases,
+            claims=_defocus_claims,
+            plots=_defocus_plots,
             full={"fields": 24, "size": "160x90", "spp": [16, 64, 256]},
             quick={"fields": 8, "size": "48x27", "spp": [4, 16]},
             seconds=(600.0, 60.0),

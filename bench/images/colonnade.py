@@ -124,11 +124,10 @@ _SPP = 16
 
 def cases(seeds: int) -> list[Case]:
     """Return so many renders, and the case that counts parts."""
-    return [*(partial(measure_errors, k, choose()) for k in range(seeds)), partial(measure_parts)]
+    return [*(partial(_measure_errors, k, choose()) for k in range(seeds)), partial(_measure_parts)]
 
 
-def measure_parts(seed: int) -> list[Point]:
-    """Count the parts of every column in every shot, which are the same for every seed."""
+def _measure_parts(seed: int) -> list[Point]:
     return [
         Point(_named(shot, k), samples=columns({"parts": [parts]}))
         for shot in SHOTS
@@ -136,8 +135,7 @@ def measure_parts(seed: int) -> list[Point]:
     ]
 
 
-def measure_errors(number: int, variant: str, seed: int) -> list[Point]:
-    """Measure a point for each shot and column: the errors of one render."""
+def _measure_errors(number: int, variant: str, seed: int) -> list[Point]:
     quality = Quality(variant, _SPP, seed + number, 4)
     whole, owner = picture(Shot("blake", FINEST), quality)
     seen, points = sizes(owner), []
@@ -151,7 +149,6 @@ def measure_errors(number: int, variant: str, seed: int) -> list[Point]:
 
 
 def _named(shot: Shot, column: int) -> dict[str, object]:
-    """Return the case of a column in one cut, as plain data."""
     place = {"column": column, "aside": places()[column]}
     return {"topic": "colonnade", "metric": shot.metric, "detail": shot.detail, **place}
 

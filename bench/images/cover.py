@@ -96,8 +96,8 @@ class Outlook:
         )
 
 
-def _edges(first: float, last: float, bands: int = 8) -> tuple[float, ...]:
-    return tuple(round(float(each), 1) for each in np.geomspace(first, last, bands + 1))
+def _edges(first: float, last: float) -> tuple[float, ...]:
+    return tuple(round(float(each), 1) for each in np.geomspace(first, last, 9))
 
 
 def _far(distance: float) -> Outlook:

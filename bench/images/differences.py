@@ -81,28 +81,17 @@ def mean_flip(
     return _evaluated(test, reference, pixels_per_degree, False)[1]
 
 
-def flip_by_pixel(test: Picture, reference: Picture) -> Reals:
-    """Return FLIP of every pixel of two displayed pictures, row by row, (h·w,).
-
-    Raises as ``mean_flip`` does.
-    """
-    return _evaluated(test, reference, PIXELS_PER_DEGREE, False)[0].astype(np.float64).ravel()
-
-
-def flip_map(
-    test: Picture, reference: Picture, pixels_per_degree: float = PIXELS_PER_DEGREE
-) -> Picture:
+def flip_map(test: Picture, reference: Picture) -> Picture:
     """Return FLIP of every pixel in its authors' colours: dark where it is 0, bright where it is 1.
 
     Raises InputError for pictures of different shapes and for values outside 0 to 1.
     """
-    return _evaluated(test, reference, pixels_per_degree, True)[0]
+    return _evaluated(test, reference, PIXELS_PER_DEGREE, True)[0]
 
 
 def _evaluated(
     test: Picture, reference: Picture, pixels_per_degree: float, coloured: bool
 ) -> tuple[np.ndarray, float]:
-    """Return the map of FLIP and its mean."""
     import flip_evaluator
 
     for name, picture in (("test", test), ("reference", reference)):
@@ -206,7 +195,10 @@ def flips_by_pixel(tested: Sequence[Radiance], reference: Sequence[Radiance]) ->
         [to_srgb(each, exposure).astype(np.float32) for each in pictures]
         for pictures in (tested, reference)
     )
-    return [flip_by_pixel(one, other) for one, other in zip(*shown, strict=True)]
+    return [
+        _evaluated(one, other, PIXELS_PER_DEGREE, False)[0].astype(np.float64).ravel()
+        for one, other in zip(*shown, strict=True)
+    ]
 
 
 def band_name(edges_m: Sequence[float], band: int) -> str:
@@ -243,15 +235,10 @@ def coverage_ratio(
     return two_sided_paired_ratio(*band_sums(point, "rays", band, pictures))
 
 
-def flip_columns(point: Point) -> list[Column]:
-    """Return the columns of mean FLIP [ppm], from the fewest samples of a pixel to the most."""
-    mine = [each for each in point.samples if each.quantity == "flip_ppm"]
-    return sorted(mine, key=lambda each: int(each.keys["samples"]))
-
-
 def errors(point: Point) -> Reals:
     """Return mean FLIP without noise of every replicate, (n,)."""
-    found = flip_columns(point)
+    mine = [each for each in point.samples if each.quantity == "flip_ppm"]
+    found = sorted(mine, key=lambda each: int(each.keys["samples"]))
     counts = np.array([each.keys["samples"] for each in found], np.float64)
     return noise_free(counts, np.array([each.values for each in found]) / 1e6)
 
@@ -329,7 +316,6 @@ def picture_errors(tested: Sequence[Radiance], whole: Reference) -> tuple[Column
 
 
 def _errors(tested: Sequence[Radiance], whole: Reference) -> dict[str, list[int]]:
-    """Return FLIP, SSIM and relMSE of every pair, with noise."""
     pairs = range(len(tested))
     test, other = (
         [to_srgb(p, whole.exposure).astype(np.float32) for p in row]
@@ -372,7 +358,6 @@ def _product(one: Radiance, two: Radiance, whole: Reference) -> float:
 
 
 def _luminances(tested: Sequence[Radiance], whole: Reference) -> list[Column]:
-    """Return the mean luminance of every picture, by the reference's bands of distance."""
     edges = (*BAND_EDGES_M, float(SKY_Z))
     made: list[Column] = []
     for low, high in zip(edges, (*edges[1:], np.inf), strict=True):

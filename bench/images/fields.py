@@ -141,7 +141,6 @@ class Field:
 
 
 def _grass_alone() -> dict[str, Any]:
-    """Return `meadow` with its grass alone, by the metric of the view."""
     meadow = load_preset("meadow").model_dump(mode="json")
     return meadow | {"species": {"sward": meadow["species"]["sward"] | {"metric": None}}}
 
@@ -154,7 +153,8 @@ def scene_of(field: Field, seed: int) -> Scene:
 
 def reference(world: World, view: View) -> Shown:
     """Display the reference of a view."""
-    return (*_whole_ground(world, view), *_whole_species(world, view))
+    ground = display_ground(world, _plain(view), GROUND_DETAIL, SPECIES_DETAIL)
+    return (*ground, *_whole_species(world, view))
 
 
 def displayed(world: World, view: View, pruned: str, metric: str, detail: float) -> Shown:
@@ -176,10 +176,6 @@ def displayed(world: World, view: View, pruned: str, metric: str, detail: float)
 
 def _plain(view: View) -> View:
     return replace(view, fade=0.0, conditions=None, metric=METRICS["blake"])
-
-
-def _whole_ground(world: World, view: View) -> Shown:
-    return display_ground(world, _plain(view), GROUND_DETAIL, SPECIES_DETAIL)
 
 
 def _whole_species(world: World, view: View) -> Shown:

@@ -16,7 +16,7 @@ from bench.records.records import Point, columns
 from lod.arrays import Ints, Reals
 from lod.crossfade import blend_weights
 from lod.pruner import prune
-from lod.shapes import Sticks, StickTable
+from lod.shapes import StickTable
 from lod.view import View
 from scenes.appearance.visible_area import first_met
 from scenes.field.species_field import Species, SpeciesField
@@ -70,28 +70,17 @@ def drawn(species: str, metric: str, detail: float, most: int, seed: int) -> dic
     rows = np.flatnonzero(np.isin(parts.object, chosen))
     shape = field.prototypes.sticks(parts.take(rows), weights.take(rows))
     count = np.bincount(parts.object[rows])[chosen]
-    found = [
-        covered(stick_rows(shape, mine), view, rng.integers(0, FINENESS, 2))
-        for mine in _by_object(parts.object[rows][shape.owner], chosen)
-    ]
+    owner = parts.object[rows][shape.owner]
+    order = np.argsort(owner, kind="stable")
+    ends = np.searchsorted(owner[order], [chosen, chosen + 1])
+    columns_ = shape.start, shape.end, shape.start_radius, shape.end_radius
+    found = []
+    for a, b in ends.T:  # the sticks of each object follow each other
+        sticks = tuple(np.asarray(each[order[a:b]]) for each in columns_)
+        found.append(covered(sticks, view, rng.integers(0, FINENESS, 2)))
     pixels, area = zip(*found, strict=True)
     thousandths = [round(1000 * each) for each in area]
     return {"parts": count.tolist(), "pixels": list(pixels), "area": thousandths}
-
-
-def _by_object(owner: np.ndarray, chosen: np.ndarray) -> list[np.ndarray]:
-    """Return the rows of the sticks of each object, which follow each other."""
-    order = np.argsort(owner, kind="stable")
-    ends = np.searchsorted(owner[order], [chosen, chosen + 1])
-    return [order[a:b] for a, b in ends.T]
-
-
-def stick_rows(shape: Sticks, rows: Ints) -> tuple[np.ndarray, ...]:
-    """Return the ends and radii of some sticks."""
-    return tuple(
-        np.asarray(each[rows])
-        for each in (shape.start, shape.end, shape.start_radius, shape.end_radius)
-    )
 
 
 def covered(sticks: tuple[np.ndarray, ...], view: View, phase: Ints) -> tuple[int, float]:
@@ -124,9 +113,7 @@ def covered(sticks: tuple[np.ndarray, ...], view: View, phase: Ints) -> tuple[in
     return int(blocks.any(axis=(1, 3)).sum()), float(seen.sum()) / FINENESS**2
 
 
-def ratios(point: Point, out_of: str = "pixels") -> Reals:
-    """Return parts ÷ pixels of every object, or parts ÷ ``area`` [px] where it is not 0."""
-    parts, covered = (point.values(k) for k in ("parts", out_of))
-    if out_of == "area":
-        covered = covered / 1000
+def ratios(point: Point) -> Reals:
+    """Return parts ÷ pixels of every object that covers any."""
+    parts, covered = (point.values(k) for k in ("parts", "pixels"))
     return parts[covered > 0] / covered[covered > 0]

@@ -297,50 +297,34 @@ def band_edges(preset: Preset) -> np.ndarray:
 
 def light_ratios(point: Point) -> Reals:
     """Return the land's mean luminance, pruned ÷ reference, of every place, (places,)."""
-    (light, rays), (whole, of_all) = (
-        [_bands_of(point, name, which).sum(axis=0) for name in ("light", "rays")]
-        for which in ("tested", "reference")
-    )
+    light, rays, whole, of_all = (each.sum(axis=0) for each in _sums(point))
     return np.asarray((light / rays) / (whole / of_all))
 
 
-@dataclass(frozen=True, eq=False)
-class Band:
-    """One band of distance of a preset, in the places where it holds enough of the land.
+def judged_bands(point: Point) -> dict[int, Reals]:
+    """Return mean luminance, pruned ÷ reference, of bands in the places that hold enough of them.
 
-    share     share of the reference's land that it holds there
-    light     mean luminance, pruned ÷ reference, (places,)
-    coverage  share of the picture that it fills, pruned ÷ reference, (places,)
+    A place holds enough where at least LEAST_SHARE of its land is in the band.
     """
-
-    number: int
-    share: float
-    light: Reals
-    coverage: Reals
-
-    @property
-    def off(self) -> bool:
-        """Whether its mean luminance over places is farther off than it may be."""
-        return bool(abs(self.light.mean() - 1) > MOST_LIGHT_OF_BAND)
+    light, rays, whole, of_all = _sums(point)
+    here = (of_all >= LEAST_SHARE * of_all.sum(axis=0)) & (rays > 0)
+    return {
+        k: (light[k][h] / rays[k][h]) / (whole[k][h] / of_all[k][h])
+        for k, h in enumerate(here)
+        if h.any()
+    }
 
 
-def judged_bands(point: Point) -> list[Band]:
-    """Return the bands that hold at least LEAST_SHARE of the land in a place or more."""
-    (light, rays), (whole, of_all) = (
-        [_bands_of(point, name, which) for name in ("light", "rays")]
+def bands_off(point: Point) -> int:
+    """Count the bands whose mean luminance over places is farther off than it may be."""
+    tones = judged_bands(point).values()
+    return sum(bool(abs(tone.mean() - 1) > MOST_LIGHT_OF_BAND) for tone in tones)
+
+
+def _sums(point: Point) -> list[np.ndarray]:
+    """Return light and rays of the tested picture, then of the reference, (bands, places) each."""
+    return [
+        np.array([point.values(name, picture=which, band=k) for k in range(BANDS)])
         for which in ("tested", "reference")
-    )
-    share, made = of_all / of_all.sum(axis=0), []
-    for k in range(BANDS):
-        here = (share[k] >= LEAST_SHARE) & (rays[k] > 0)
-        if here.any():
-            tone = (light[k] / np.maximum(rays[k], 1))[here] / (whole[k][here] / of_all[k][here])
-            coverage = rays[k][here] / of_all[k][here]
-            made.append(Band(k, float(share[k][here].mean()), tone, coverage))
-    return made
-
-
-def _bands_of(point: Point, quantity: str, picture: str) -> np.ndarray:
-    """Return sums of a quantity in one picture, (bands, places)."""
-    rows = [point.values(quantity, picture=picture, band=k) for k in range(BANDS)]
-    return np.array(rows)
+        for name in ("light", "rays")
+    ]
