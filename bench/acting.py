@@ -16,7 +16,7 @@ import multiprocessing
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, replace
+from dataclasses import replace
 from multiprocessing.connection import Connection
 from typing import Any, NamedTuple
 
@@ -144,71 +144,66 @@ def _in_a_square(
     return preset_from(scene | dict(who))
 
 
-@dataclass(frozen=True)
-class Waiting:
-    """A crowd of walkers of whom those wait who are off by less than a threshold [px].
+def measure_waiting(
+    frames: int,
+    actors: int,
+    seed: int,
+    density: float = 0.005,
+    questions: int = 0,
+    threshold: float = 0.5,
+    waving: bool = False,
+) -> Point:
+    """Let a crowd of walkers act, and those wait who are off by less than a threshold [px].
 
     density    of walkers [1/m²]
     questions  that each asks itself at an update, on top of its own
     waving     whether they wave as often as is shipped, or never
+
+    Gives columns, of which
+
+    cpu_us     is of each frame but the first, which compiles, by way
+    updated    is the number of updates, of ``acted`` in all
+    off_mpx    is how far a displayed part is off, against one updated at that frame or in time: the
+               99.9th percentile and the largest [px/1000]
+    displayed  are the parts in the frames that are looked at, by way
     """
-
-    frames: int
-    actors: int
-    density: float = 0.005
-    questions: int = 0
-    threshold: float = 0.5
-    waving: bool = False
-
-    def measure(self, seed: int) -> list[Point]:
-        """Let a crowd act in both ways, and compare.
-
-        cpu_us     of each frame but the first, which compiles, by way
-        updated    number of updates, of ``acted`` in all
-        off_mpx    how far a displayed part is off, against one updated at that frame or in time:
-                   the 99.9th percentile and the largest [px/1000]
-        displayed  parts in the frames that are looked at, by way
-        """
-        side = math.sqrt(self.actors / self.density)
-        presets = [
-            walkers(self.actors, side, self.frames, each, seed, self.waving)
-            for each in (0.0, self.threshold)
-        ]
-        with _pondering(self.questions):
-            every, some = (troupe_of(each) for each in presets)
-        scene, updates = Scene(presets[1]), 0
-        ways = {"all": every, "scheduled": some}
-        spent, shown = ({way: list[int]() for way in ways} for _ in range(2))
-        copies = dict[int, list[ActedFrame]]()
-        off: dict[str, list[Reals]] = {"at once": [], "in time": []}
-        looks = np.linspace(min(COPIED, self.frames), self.frames, LOOKS).astype(int).tolist()
-        for frame in range(1, self.frames + 1):
-            for last in looks:
-                if frame == max(1, last - COPIED + 1):
-                    copies[last] = acted_on_a_copy(some.acting, last - frame + 1)
-            at_once = acted_on_a_copy(some.acting, 1) if frame in looks else []
+    side = math.sqrt(actors / density)
+    presets = [walkers(actors, side, frames, each, seed, waving) for each in (0.0, threshold)]
+    with _pondering(questions):
+        every, some = (troupe_of(each) for each in presets)
+    scene, updates = Scene(presets[1]), 0
+    ways = {"all": every, "scheduled": some}
+    spent, shown = ({way: list[int]() for way in ways} for _ in range(2))
+    copies = dict[int, list[ActedFrame]]()
+    off: dict[str, list[Reals]] = {"at once": [], "in time": []}
+    looks = np.linspace(min(COPIED, frames), frames, LOOKS).astype(int).tolist()
+    for frame in range(1, frames + 1):
+        for last in looks:
+            if frame == max(1, last - COPIED + 1):
+                copies[last] = acted_on_a_copy(some.acting, last - frame + 1)
+        at_once = acted_on_a_copy(some.acting, 1) if frame in looks else []
+        for way, troupe in ways.items():
+            start = time.process_time()
+            troupe.cast.performance.frame(frame)
+            spent[way].append(round(1e6 * (time.process_time() - start)))
+        updates += int(some.cast.performance.frame(frame).updated.sum())
+        if frame in looks:
+            view = scene.view(frame)
+            for error, acted in (("at once", at_once), ("in time", copies.pop(frame))):
+                off[error].append(off_px(some.cast, acted[-1], view, frame))
             for way, troupe in ways.items():
-                start = time.process_time()
-                troupe.cast.performance.frame(frame)
-                spent[way].append(round(1e6 * (time.process_time() - start)))
-            updates += int(some.cast.performance.frame(frame).updated.sum())
-            if frame in looks:
-                view = scene.view(frame)
-                for error, acted in (("at once", at_once), ("in time", copies.pop(frame))):
-                    off[error].append(off_px(some.cast, acted[-1], view, frame))
-                for way, troupe in ways.items():
-                    shown[way].append(len(prune(troupe.cast, view)))
-        samples = list(columns({"updated": [updates], "acted": [self.actors * self.frames]}))
-        for way in ways:
-            samples += columns({"cpu_us": spent[way][1:], "displayed": shown[way]}, way=way)
-        for error, found in off.items():
-            pooled = np.concatenate(found)
-            for name, px in (("p99.9", np.quantile(pooled, 0.999)), ("most", pooled.max())):
-                keys: dict[str, Key] = {"error": error, "statistic": name}
-                samples.append(Column("off_mpx", [math.ceil(1000 * float(px))], keys))
-        case = asdict(self)
-        del case["frames"]
-        return [Point({"topic": "acting", "what": "waiting", **case}, samples=tuple(samples))]
+                shown[way].append(len(prune(troupe.cast, view)))
+    samples = list(columns({"updated": [updates], "acted": [actors * frames]}))
+    for way in ways:
+        samples += columns({"cpu_us": spent[way][1:], "displayed": shown[way]}, way=way)
+    for error, found in off.items():
+        pooled = np.concatenate(found)
+        for name, px in (("p99.9", np.quantile(pooled, 0.999)), ("most", pooled.max())):
+            keys: dict[str, Key] = {"error": error, "statistic": name}
+            samples.append(Column("off_mpx", [math.ceil(1000 * float(px))], keys))
+    case = {"topic": "acting", "what": "waiting", "actors": actors, "density": density}
+    case |= {"questions": questions, "threshold": threshold, "waving": waving}
+    return Point(case, samples=tuple(samples))
 
 
 @contextmanager
@@ -273,40 +268,35 @@ def sticks_off_px(shown: Cast, true: Cast, view: View) -> Reals:
     return displacement_px(before, pose(true.appearance(there, weights)))
 
 
-@dataclass(frozen=True)
-class Updating:
-    """Actors in a square who are all updated in every frame: those who walk, or all behaviours."""
+def measure_updating(
+    frames: int, actors: int, side_m: float, everyone: bool, seed: int
+) -> list[Point]:
+    """Time actors in a square who are all updated in every frame, the first half of which compiles.
 
-    frames: int
-    actors: int
-    side_m: float
-    everyone: bool
+    They walk or, where it is ``everyone``, there is a troupe of each behaviour; troupes take turns.
 
-    def measure(self, seed: int) -> list[Point]:
-        """Time troupes that take turns frame by frame, the first half of which compiles.
-
-        update_ns  of an actor, in every frame
-        prune_ns   of finding, blending and posing an actor's parts in the last frame
-        """
-        presets = by_behaviour(self.actors, self.side_m, 2 * self.frames, seed)
-        if not self.everyone:
-            presets = dict([next(iter(presets.items()))])
-        troupes = {who: troupe_of(preset) for who, preset in presets.items()}
-        spent: dict[str, list[int]] = {who: [] for who in troupes}
-        for frame in range(1, 2 * self.frames + 1):
-            for who, troupe in troupes.items():
-                start = time.process_time()
-                troupe.cast.performance.frame(frame)
-                each_s = (time.process_time() - start) / len(troupe.cast.prototypes)
-                spent[who] += [round(1e9 * each_s)] * (frame > self.frames)
-        points = []
+    update_ns  of an actor, in every frame
+    prune_ns   of finding, blending and posing an actor's parts in the last frame
+    """
+    presets = by_behaviour(actors, side_m, 2 * frames, seed)
+    if not everyone:
+        presets = dict([next(iter(presets.items()))])
+    troupes = {who: troupe_of(preset) for who, preset in presets.items()}
+    spent: dict[str, list[int]] = {who: [] for who in troupes}
+    for frame in range(1, 2 * frames + 1):
         for who, troupe in troupes.items():
-            count = len(troupe.cast.prototypes)
-            pruned = round(1e9 * _prune_s(troupe, presets[who]) / count)
-            samples = columns({"update_ns": spent[who], "prune_ns": [pruned]})
-            case = {"what": "updating", "who": who, "actors": count, "side_m": self.side_m}
-            points.append(Point({"topic": "acting", **case}, samples=samples))
-        return points
+            start = time.process_time()
+            troupe.cast.performance.frame(frame)
+            each_s = (time.process_time() - start) / len(troupe.cast.prototypes)
+            spent[who] += [round(1e9 * each_s)] * (frame > frames)
+    points = []
+    for who, troupe in troupes.items():
+        count = len(troupe.cast.prototypes)
+        pruned = round(1e9 * _prune_s(troupe, presets[who]) / count)
+        samples = columns({"update_ns": spent[who], "prune_ns": [pruned]})
+        case = {"what": "updating", "who": who, "actors": count, "side_m": side_m}
+        points.append(Point({"topic": "acting", **case}, samples=samples))
+    return points
 
 
 def _prune_s(troupe: Troupe, preset: Preset) -> float:
@@ -321,125 +311,104 @@ def _prune_s(troupe: Troupe, preset: Preset) -> float:
     return least
 
 
-@dataclass(frozen=True)
-class Clearance:
-    """People who walk about in a square for some seconds."""
-
-    people: int
-    side_m: float
-    seconds: float
-
-    def measure(self, seed: int) -> list[Point]:
-        """Return the least distance of two of them in every frame [mm]."""
-        frames = round(FPS * self.seconds)
-        acting = troupe_of(walkers(self.people, self.side_m, frames, 0.0, seed)).acting
-        nearest = []
-        for _ in range(frames):
-            places = acting.act().places[:, (X, Y)]
-            apart = cKDTree(places).query(places, 2)[0][:, 1].min()
-            nearest.append(math.floor(1000 * float(apart)))
-        case = {"topic": "acting", "what": "clearance", **asdict(self)}
-        return [Point(case, samples=(Column("nearest_mm", nearest),))]
+def measure_clearance(people: int, side_m: float, seconds: float, seed: int) -> Point:
+    """Return the least distance of two people in a square in every frame of some seconds [mm]."""
+    frames = round(FPS * seconds)
+    acting = troupe_of(walkers(people, side_m, frames, 0.0, seed)).acting
+    nearest = []
+    for _ in range(frames):
+        places = acting.act().places[:, (X, Y)]
+        apart = cKDTree(places).query(places, 2)[0][:, 1].min()
+        nearest.append(math.floor(1000 * float(apart)))
+    case = {"topic": "acting", "what": "clearance", "people": people, "side_m": side_m}
+    case |= {"seconds": seconds}
+    return Point(case, samples=(Column("nearest_mm", nearest),))
 
 
-@dataclass(frozen=True)
-class Meetings:
-    """The actors of a shipped preset, who act at its own threshold."""
+def measure_meetings(preset: str, frames: int, seed: int) -> Point:
+    """Return how near actors of a preset come to each other, also by models of the two [mm].
 
-    preset: str
-    frames: int
-
-    def measure(self, seed: int) -> list[Point]:
-        """Return how near actors come to each other in a frame, also by models of the two [mm]."""
-        preset = load_preset(self.preset, (f"acting.frames={self.frames}",))
-        roles = tuple(preset_roles(preset))
-        performance = troupe_of(preset).cast.performance
-        nearest: dict[str, list[int]] = {"all": []}
-        updates = 0
-        for frame in range(1, self.frames + 1):
-            acted = performance.frame(frame)
-            updates += int(acted.updated.sum())
-            places, least = acted.places[:, (X, Y)], {"all": SOUGHT_M}
-            for a, b in cKDTree(places).query_pairs(SOUGHT_M):
-                apart = float(np.hypot(*(places[a] - places[b])))
-                pair = " and ".join(sorted((roles[a].table.model, roles[b].table.model)))
-                for who in ("all", pair):
-                    least[who] = min(apart, least.get(who, apart))
-            for who, apart in least.items():
-                nearest.setdefault(who, []).append(math.floor(1000 * apart))
-        moving = sum(1 for each in roles if each.table.behaviour)
-        counts = columns({"updated": [updates], "acted": [moving * self.frames]})
-        every = Column("nearest_mm", nearest.pop("all"))
-        pairs = (Column("nearest_mm", mm, {"pair": who}) for who, mm in sorted(nearest.items()))
-        case: dict[str, Any] = {"topic": "acting", "what": "meetings", "preset": self.preset}
-        case |= {"actors": len(roles), "seconds": self.frames / FPS}
-        return [Point(case, samples=(*counts, every, *pairs))]
+    They act at the preset's own threshold.
+    """
+    scene = load_preset(preset, (f"acting.frames={frames}",))
+    roles = tuple(preset_roles(scene))
+    performance = troupe_of(scene).cast.performance
+    nearest: dict[str, list[int]] = {"all": []}
+    updates = 0
+    for frame in range(1, frames + 1):
+        acted = performance.frame(frame)
+        updates += int(acted.updated.sum())
+        places, least = acted.places[:, (X, Y)], {"all": SOUGHT_M}
+        for a, b in cKDTree(places).query_pairs(SOUGHT_M):
+            apart = float(np.hypot(*(places[a] - places[b])))
+            pair = " and ".join(sorted((roles[a].table.model, roles[b].table.model)))
+            for who in ("all", pair):
+                least[who] = min(apart, least.get(who, apart))
+        for who, apart in least.items():
+            nearest.setdefault(who, []).append(math.floor(1000 * apart))
+    moving = sum(1 for each in roles if each.table.behaviour)
+    counts = columns({"updated": [updates], "acted": [moving * frames]})
+    every = Column("nearest_mm", nearest.pop("all"))
+    pairs = (Column("nearest_mm", mm, {"pair": who}) for who, mm in sorted(nearest.items()))
+    case: dict[str, Any] = {"topic": "acting", "what": "meetings", "preset": preset}
+    case |= {"actors": len(roles), "seconds": frames / FPS}
+    return Point(case, samples=(*counts, every, *pairs))
 
 
-@dataclass(frozen=True)
-class Feet:
-    """The feet of people who act, from when they set off, or those of a field's walkers."""
+def measure_feet(people: int, seconds: float, of_field: bool, seed: int) -> Point:
+    """Return how far a foot that stands slides in a frame, and how deep any sinks [µm].
 
-    people: int
-    seconds: float
-    of_field: bool
+    Feet are of people who act, from when they set off, or of a field's walkers.
+    """
+    contacts = (_of_field if of_field else _of_actors)(people, seconds, seed)
+    low = contacts[..., 2].argmin(axis=2)
+    moved = np.linalg.norm(np.diff(contacts[..., :2], axis=0), axis=-1)
+    moved = np.take_along_axis(moved, low[:-1, :, None], axis=2)[..., 0][low[1:] == low[:-1]]
+    found = {"mean": moved.mean(), "p99": np.quantile(moved, 0.99)}
+    slides = (
+        Column("slide_um", [round(1e6 * float(m))], {"statistic": name})
+        for name, m in found.items()
+    )
+    sink = Column("sink_um", [round(-1e6 * float(contacts[..., 2].min()))])
+    whose = "a field's walkers" if of_field else "actors"
+    case = {"topic": "acting", "what": "feet", "whose": whose, "people": people}
+    case |= {"seconds": seconds}
+    return Point(case, samples=(*slides, sink))
 
-    def measure(self, seed: int) -> list[Point]:
-        """Return how far a foot that stands slides in a frame, and how deep any sinks [µm]."""
-        contacts = (self._of_field if self.of_field else self._of_actors)(seed)
-        low = contacts[..., 2].argmin(axis=2)
-        moved = np.linalg.norm(np.diff(contacts[..., :2], axis=0), axis=-1)
-        moved = np.take_along_axis(moved, low[:-1, :, None], axis=2)[..., 0][low[1:] == low[:-1]]
-        found = {"mean": moved.mean(), "p99": np.quantile(moved, 0.99)}
-        slides = (
-            Column("slide_um", [round(1e6 * float(m))], {"statistic": name})
-            for name, m in found.items()
-        )
-        sink = Column("sink_um", [round(-1e6 * float(contacts[..., 2].min()))])
-        whose = "a field's walkers" if self.of_field else "actors"
-        case = {
-            "topic": "acting",
-            "what": "feet",
-            "whose": whose,
-            "people": self.people,
-            "seconds": self.seconds,
-        }
-        return [Point(case, samples=(*slides, sink))]
 
-    def _of_actors(self, seed: int) -> np.ndarray:
-        frames = round(FPS * self.seconds)
-        cast = troupe_of(walkers(self.people, 40.0, frames, 0.0, seed)).cast
-        contacts = []
-        for frame in range(1, frames + 1):
-            acted = cast.performance.frame(frame)
-            who = [
-                posed_prototype(prototype, int(place[EIGHTHS]), acted.held.get(k, ()))
-                for k, (prototype, place) in enumerate(
-                    zip(cast.prototypes, acted.places, strict=True)
-                )
-            ]
-            contacts.append(_soles(who, acted.places))
-        return np.array(contacts)
+def _of_actors(people: int, seconds: float, seed: int) -> np.ndarray:
+    frames = round(FPS * seconds)
+    cast = troupe_of(walkers(people, 40.0, frames, 0.0, seed)).cast
+    contacts = []
+    for frame in range(1, frames + 1):
+        acted = cast.performance.frame(frame)
+        who = [
+            posed_prototype(prototype, int(place[EIGHTHS]), acted.held.get(k, ()))
+            for k, (prototype, place) in enumerate(zip(cast.prototypes, acted.places, strict=True))
+        ]
+        contacts.append(_soles(who, acted.places))
+    return np.array(contacts)
 
-    def _of_field(self, seed: int) -> np.ndarray:
-        """Let walkers of a field go round in circles of 6 m."""
-        rng = np.random.default_rng(seed)
-        found = model_prototypes("figure", 2, (1.0,), True)
-        who = [each for each in found if isinstance(each, RiggedPrototype)] * (self.people // 2)
-        n = len(who)
-        motions = [each.motion for each in who]
-        stride, period = (
-            np.array([getattr(each, name) for each in motions]) for name in ("stride", "period")
-        )
-        heading, phase = rng.uniform(0, 2 * np.pi, n), rng.random(n)
-        orbit = PatrolOrbit(6.0, heading, rng.random(n) < 0.5, phase, stride, period)
-        contacts = []
-        for frame in range(round(FPS * self.seconds)):
-            now = orbit.at(frame / FPS)
-            yaw = np.arctan2(now.sin, now.cos)
-            places = (*now.offset.T, yaw, now.phase, np.ones(n), np.full(n, 8.0))
-            contacts.append(_soles(who, np.column_stack(places)))
-        return np.array(contacts)
+
+def _of_field(people: int, seconds: float, seed: int) -> np.ndarray:
+    """Let walkers of a field go round in circles of 6 m."""
+    rng = np.random.default_rng(seed)
+    found = model_prototypes("figure", 2, (1.0,), True)
+    who = [each for each in found if isinstance(each, RiggedPrototype)] * (people // 2)
+    n = len(who)
+    motions = [each.motion for each in who]
+    stride, period = (
+        np.array([getattr(each, name) for each in motions]) for name in ("stride", "period")
+    )
+    heading, phase = rng.uniform(0, 2 * np.pi, n), rng.random(n)
+    orbit = PatrolOrbit(6.0, heading, rng.random(n) < 0.5, phase, stride, period)
+    contacts = []
+    for frame in range(round(FPS * seconds)):
+        now = orbit.at(frame / FPS)
+        yaw = np.arctan2(now.sin, now.cos)
+        places = (*now.offset.T, yaw, now.phase, np.ones(n), np.full(n, 8.0))
+        contacts.append(_soles(who, np.column_stack(places)))
+    return np.array(contacts)
 
 
 def _soles(who: list[RiggedPrototype], places: np.ndarray) -> np.ndarray:

@@ -9,9 +9,9 @@ import hashlib
 import json
 import math
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float64
@@ -109,10 +109,6 @@ class Case:
     def m(self) -> float:
         """The detail angle m = τ·2·tan(fov/2)/width [rad]."""
         return self.detail * 2 * math.tan(math.radians(self.fov) / 2) / self.width
-
-    def as_json(self) -> dict[str, Any]:
-        """Return plain data."""
-        return asdict(self)
 
     def view(self) -> View:
         """Return the view from the middle of the world, all round."""
@@ -250,8 +246,7 @@ WORLD_SIDES = (0.1, 0.25, 0.5, 0.75, 1.0, 1.5, 3, 10, 100, 1e3, 1e4, 1e6)
 
 def scaling_grid(metric: str | None = None) -> list[Case]:
     """Return every case of ``scaling``; an installed metric is swept as `bounded` is."""
-    setups = [*SETUPS]
-    grid = [case for setup in setups for case in setup.cases()] + beyond_grid()
+    grid = [case for setup in SETUPS for case in setup.cases()] + beyond_grid()
     more = Setup("figure", metric, _SOME, 2.1e-2, 0.045, 340.0, 4).cases() if metric else []
     return grid + more
 
@@ -400,10 +395,6 @@ class FieldMoments:
     nearest_limit: float
     farthest_limit: float
     bare: float
-
-    def as_json(self) -> dict[str, float]:
-        """Return plain data."""
-        return {name: float(value) for name, value in asdict(self).items()}
 
 
 def predict(case: Case) -> FieldMoments:

@@ -1,26 +1,27 @@
 """An experiment is one frozen object, in one file of ``bench/experiments``.
 
-It has cases, a function that measures one of them, a function that makes claims of all points, and
-a function that draws them. All else is made here or by ``bench.runs``: the table of its points, the
-hash of what was looked at, resuming, provenance, the report.
+It has topics; each has cases that measure themselves, a function that makes claims of their points,
+and a function that draws them. All else is made here or by ``bench.runs``: the table of its points,
+the hash of what was looked at, resuming, provenance, the report.
 """
 
 import importlib
 import pkgutil
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
-from functools import cache
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cache, partial
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from bench.records.claims import Claim, plain_number
+from bench.records.records import Point, where
 from lod.errors import InputError
 from scenes.presets.keys import nearest_name
 
 if TYPE_CHECKING:
     from bench.plots import Plot
-    from bench.records.records import Point, Record
+    from bench.records.records import Record
 
 Progress = Callable[[int, int, str], None]
 """A function that is called with the cases done, the cases in all, and the name of the next."""
@@ -36,51 +37,66 @@ def silent(done: int, total: int, what: str) -> None:
     """Show no progress."""
 
 
+Case = partial[Any]
+"""A function of a module with all of its arguments but the last, the run's seed.
+
+It gives a Point or several, and can be sent to another process; points of the same case are merged.
+"""
+
+
+def _nothing(record: "Record") -> tuple[()]:
+    return ()
+
+
 @dataclass(frozen=True, kw_only=True)
 class Topic:
-    """One question of several that an experiment answers by the same means.
+    """One question of several that an experiment answers.
 
     about        what `lodbench list` says of it
-    full, quick  sizes of a full and of a quick run, by name. Time is spent on fields first, on
-                 pixels second and on samples of a pixel last, for fields are the replicates
+    cases        function from sizes, by name, to its cases. Where ``accepts_metric`` is true it is
+                 also given ``metric``, the name of the metric that is tried, or None
+    claims       function from its points, whose ``case`` names it as ``topic``, to every claim that
+                 they decide
+    plots        function from a record of its points and of all claims to its plots
+    tables       function from such a record to titled tables that follow its plots
+    full, quick  sizes of a full run, and those that are others in a quick one. Time is spent on
+                 fields first, on pixels second and on samples of a pixel last, for fields are the
+                 replicates
     seconds      how long a full and a quick run take on two cores, for estimates of time alone
     apart        whether it runs only where it is named: ``run all`` and the experiment's own name
                  leave it out for its length
+    accepts_metric   whether it can measure an installed metric beside the built-in ones
     """
 
     about: str
+    cases: Callable[..., Sequence[Case]]
+    claims: Callable[[Sequence[Point]], Iterable[Claim]] = _nothing  # type: ignore[assignment]
+    plots: Callable[["Record"], Iterable["Plot"]] = _nothing
+    tables: Callable[["Record"], Iterable[tuple[str, Table]]] = _nothing
     full: Mapping[str, Any] = field(default_factory=dict)
     quick: Mapping[str, Any] = field(default_factory=dict)
     seconds: tuple[float, float]
     apart: bool = False
+    accepts_metric: bool = False
 
-    def sizes(self, effort: EffortName) -> Mapping[str, Any]:
+    def sizes(self, effort: EffortName) -> dict[str, Any]:
         """Return the sizes of a full or a quick run."""
-        return self.quick if effort == "quick" else self.full
+        return {**self.full, **(self.quick if effort == "quick" else {})}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Experiment:
-    """One question, and the functions that answer it.
+    """One question, and the topics that answer it.
 
     name, question   what `lodbench list` and the report say of it
     version    a number that goes up when the cases change: runs of different versions are not
                compared
     topics     its topics by name; `lodbench run` takes their names, too
-    cases      function from a topic's name and its sizes to its cases: plain data that another
-               process can be sent. Where ``accepts_metric`` is true it is also given the name of
-               the metric that is tried, or None
-    measure    function from one case and the run's seed to a Point or several, whose ``case`` names
-               its ``topic``; points of the same case are merged
-    claims     function from the points of any of its topics to every claim that they decide
-    plots      function from a record, which may hold any of its topics, to its plots
     notes      function from all points to what else the record notes
-    tables     function from a record to titled tables that follow its plots
     caveats    sentences that say what the record does not show
     rendered   whether pictures are rendered; the record then names the renderer's variant
     timed      whether time is measured; all cases then stay on one machine
     all_cores  whether one case uses every core
-    accepts_metric   whether it can measure an installed metric beside the built-in ones
     whole_cases   whether times are compared within a case alone, so that cases which are timed may
                   be kept from a run that was stopped
     probe      preset of the frame by which its records tell whether newer sources change them
@@ -91,17 +107,11 @@ class Experiment:
     question: str
     version: int
     topics: Mapping[str, Topic]
-    cases: Callable[..., Sequence[Any]]
-    measure: Callable[[Any, int], "Point | list[Point]"]
-    claims: Callable[[tuple["Point", ...]], tuple[Claim, ...]]
-    plots: Callable[["Record"], tuple["Plot", ...]]
-    notes: Callable[[tuple["Point", ...]], dict[str, Any]] | None = None
-    tables: Callable[["Record"], tuple[tuple[str, Table], ...]] | None = None
+    notes: Callable[[tuple[Point, ...]], dict[str, Any]] | None = None
     caveats: tuple[str, ...] = ()
     rendered: bool = False
     timed: bool = False
     all_cores: bool = False
-    accepts_metric: bool = False
     whole_cases: bool = False
     probe: str = "meadow"
     order: int = 1000
@@ -111,17 +121,36 @@ class Experiment:
         """Names of the topics that run where only the experiment is named."""
         return tuple(name for name, topic in self.topics.items() if not topic.apart)
 
+    @property
+    def accepts_metric(self) -> bool:
+        """Whether any topic can measure an installed metric."""
+        return any(topic.accepts_metric for topic in self.topics.values())
+
     def seconds(self, topics: Iterable[str], effort: EffortName) -> float:
         """Estimate how long a run of these topics takes on two cores [s]."""
         return sum(self.topics[each].seconds[effort == "quick"] for each in topics)
 
-    def judged(self, points: tuple["Point", ...]) -> tuple[Claim, ...]:
+    def judged(self, points: Sequence[Point]) -> tuple[Claim, ...]:
         """Make the claims of points. Raises InputError where two claims have one name."""
-        made = self.claims(points)
+        mine = ((topic, where(points, topic=name)) for name, topic in self.topics.items())
+        made = tuple(each for topic, row in mine if row for each in topic.claims(row))
         names = [each.name for each in made]
         if twice := sorted({name for name in names if names.count(name) > 1}):
             raise InputError(f"claims of {self.name}", twice, "no two claims have one name")
         return made
+
+    def plots(self, record: "Record") -> tuple["Plot", ...]:
+        """Draw every topic that a record holds."""
+        return tuple(p for topic, part in self._parts(record) for p in topic.plots(part))
+
+    def tables(self, record: "Record") -> tuple[tuple[str, Table], ...]:
+        """Return the titled tables of every topic that a record holds."""
+        return tuple(each for topic, part in self._parts(record) for each in topic.tables(part))
+
+    def _parts(self, record: "Record") -> Iterator[tuple[Topic, "Record"]]:
+        for name, topic in self.topics.items():
+            if points := where(record.points, topic=name):
+                yield topic, replace(record, points=tuple(points))
 
 
 @cache
@@ -160,7 +189,7 @@ def topics_named(names: Sequence[str], key: str = "name") -> dict[str, list[str]
     return found
 
 
-def point_table(points: Sequence["Point"], most_columns: int = 12) -> Table:
+def point_table(points: Sequence[Point], most_columns: int = 12) -> Table:
     """Write a row for each quantity of each point: its case, mean, deviation and prediction.
 
     Columns that differ in their further keys alone are one quantity each while a point has no more

@@ -136,18 +136,10 @@ def _metric_us(tests: int) -> int:
     return _us(spent)
 
 
-@dataclass(frozen=True)
-class Process:
-    """A fresh process; its number is added to the run's seed."""
-
-    number: int
-    variant: str
-
-
-def measure_process(case: Process, seed: int) -> list[Point]:
+def measure_process(number: int, variant: str, seed: int) -> list[Point]:
     """Time the frames of a preset in a fresh process, and what comes before them."""
-    words = [*SETTINGS, f"seed={seed + case.number}"]
-    found = run_in_child(preset_costs, words, case.variant, FRAMES, variant=case.variant).result
+    words = [*SETTINGS, f"seed={seed + number}"]
+    found = run_in_child(preset_costs, words, variant, FRAMES, variant=variant).result
     rows = found["warm"]
     stages = [name for name in rows[0] if name != "tests"]
     times = (Column("us", [row[name] for row in rows], {"stage": name}) for name in stages)
@@ -228,15 +220,8 @@ def interleaved_seconds(tasks: Sequence[Callable[[], Any]], repeats: int) -> lis
     return seconds
 
 
-@dataclass(frozen=True)
-class AllWorlds:
-    """The frame of every world, all worlds in turns: seconds of one thread to a plain frame."""
-
-    repeats: int
-
-
-def measure_worlds(case: AllWorlds, seed: int) -> list[Point]:
-    """Make the first frame of every world again and again: counts, and time of each repeat."""
+def measure_worlds(repeats: int, seed: int) -> list[Point]:
+    """Make the first frame of every world again and again, all in turns: counts, and times."""
     grid = [("blake", n) for n in WORLDS] + [("full", n) for n in UNPRUNED]
     density = load_preset(WORLD).species[SPECIES].density
     points, tasks = [], []
@@ -267,7 +252,7 @@ def measure_worlds(case: AllWorlds, seed: int) -> list[Point]:
         }
         points.append(Point(case_of, samples=columns(counts)))
         tasks.append(partial(plain_frame, scene))
-    times = interleaved_seconds(tasks, case.repeats)
+    times = interleaved_seconds(tasks, repeats)
     return [
         replace(point, samples=(*point.samples, Column("cpu_us", [round(1e6 * t) for t in row])))
         for point, row in zip(points, times, strict=True)

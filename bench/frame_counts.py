@@ -159,19 +159,19 @@ def count(
 
 
 def _species_count(cut: Cut, predicted: CountMoments | None, density: float) -> SpeciesCount:
-    means: tuple[Any, Any] = (None, None)
-    spreads: tuple[Any, Any] = (None, None)
-    levels = int(cut.level.max(initial=0)) + 1
-    by_level = None
+    def tally(examined: int, displayed: int, what: str) -> Tally:
+        if predicted is None:
+            return Tally(examined, displayed, None, None)
+        mean, variance = (getattr(predicted, f"{what}{k}") for k in ("", "_variance"))
+        return Tally(examined, displayed, density * mean, math.sqrt(density * variance))
+
+    levels, by_level = int(cut.level.max(initial=0)) + 1, None
     if predicted is not None:
-        means = density * predicted.objects, density * predicted.parts
-        variances = predicted.objects_variance, predicted.parts_variance
-        spreads = math.sqrt(density * variances[0]), math.sqrt(density * variances[1])
         by_level = tuple(density * area for area in predicted.parts_by_level)
         levels = max(levels, len(by_level))
     return SpeciesCount(
-        Tally(cut.examined_objects, cut.displayed_objects, means[0], spreads[0]),
-        Tally(cut.examined_parts, cut.displayed_parts, means[1], spreads[1]),
+        tally(cut.examined_objects, cut.displayed_objects, "objects"),
+        tally(cut.examined_parts, cut.displayed_parts, "parts"),
         tuple(np.bincount(cut.level, minlength=levels).tolist()),
         by_level,
     )

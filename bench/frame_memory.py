@@ -6,13 +6,13 @@ a topic of the experiment ``cost``.
 """
 
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from bench.children import run_in_child
-from bench.records.claims import Claim, at_most, claim, within
+from bench.records.claims import EXACT, Claim, at_most, claim, within
 from bench.records.records import Point, columns
 from bench.statistics.estimates import exactly
 from scenes.presets.load import load_preset
@@ -73,7 +73,7 @@ def frame_memory(name: str, settings: tuple[str, ...], variant: str, frames: int
     return {"peaks": peaks, "statistics": layers.statistics}
 
 
-def measure_memory(case: Held, seed: int) -> list[Point]:
+def measure_memory(case: Held, seed: int) -> Point:
     """Measure what frames hold in a fresh process, beside what the memory model estimates."""
     words = case.preset, case.settings, case.variant, case.frames
     found = run_in_child(frame_memory, *words, variant=case.variant).result
@@ -86,12 +86,11 @@ def measure_memory(case: Held, seed: int) -> list[Point]:
     named = {"topic": "memory", "preset": case.preset, "variant": case.variant}
     counts = {"sticks": [sticks], "triangles": [triangles], "estimated_bytes": [said]}
     samples = columns({**counts, "peak_bytes": found["peaks"]})
-    return [Point({**named, "settings": " ".join(case.settings)}, samples=samples)]
+    return Point({**named, "settings": " ".join(case.settings)}, samples=samples)
 
 
-def memory_claims(points: Sequence[Point]) -> list[Claim]:
+def memory_claims(points: Sequence[Point]) -> Iterator[Claim]:
     """Claim that the model is within a quarter, and that frame after frame takes no more."""
-    made = []
     for point in points:
         told = {name: point.case[name] for name in ("preset", "variant", "settings")}
         held = point.values("peak_bytes")
@@ -101,5 +100,4 @@ def memory_claims(points: Sequence[Point]) -> list[Claim]:
             found = exactly(held[-1] / held[len(held) // 10], len(held))
             estimand = "memory held after all frames ÷ after a tenth of them"
             bound, told = at_most(1.05), told | {"frames": len(held)}
-        made.append(claim(estimand, bound, told, found, unit="exact", source="derived"))
-    return made
+        yield claim(estimand, bound, told, found, unit=EXACT, source="derived")

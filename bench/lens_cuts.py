@@ -7,7 +7,7 @@ round, are counted against the law.
 """
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -40,30 +40,6 @@ BANDS_M = (0.0, 6.0, 12.0, 24.0, 48.0, 100.0, 150.0, 400.0, math.inf)
 LENS_CUTS = ("aware", "unaware")
 
 
-@dataclass(frozen=True)
-class LensFields:
-    """Whole fields on flat ground, seen all round through the lens."""
-
-    fields: int
-
-
-@dataclass(frozen=True)
-class LensParts:
-    """The parts of a frame of `crowd` through the lens, by distance."""
-
-    size: str
-
-
-@dataclass(frozen=True)
-class LensPictures:
-    """A pair of seeds of pictures through the lens, in a window, at some samples a pixel."""
-
-    pair: int
-    size: str
-    spp: tuple[int, ...]
-    variant: str
-
-
 def lens_views(view: View) -> dict[str, View]:
     """Return the view whose cut knows of the lens, and the one whose cut does not."""
     assert view.conditions is not None
@@ -73,23 +49,23 @@ def lens_views(view: View) -> dict[str, View]:
     }
 
 
-def measure_lens_fields(case: LensFields, seed: int) -> Point:
-    """Count the parts of whole fields through the lens, and predict them by the law."""
+def measure_lens_fields(fields: int, seed: int) -> Point:
+    """Count the parts of whole fields on flat ground, seen all round, and predict them."""
     eye = camera(640)
     defocus = Defocus(ThinLens(0.05 / F_STOP, FOCUS_M), eye.corner_secant)
     sight = ViewingConditions(BlurWidths(eye.pixel_angle), acuity=False, defocus=defocus)
     view = view_through(sight, 640)
     things = prototypes_with("figure", None), 4 * density_of("figure", COARSE_M)
-    seeds = [seed_of("defocus", seed, index) for index in range(case.fields)]
-    counts = [sum(count_sizes(*things, view, each).by_size) for each in seeds]
+    seeds = [seed_of("defocus", seed, index) for index in range(fields)]
+    counts = [sum(count_sizes(*things, view, each)[0]) for each in seeds]
     expected = float(predicted_sizes(*things, view).sum())
     named = {"topic": "defocus", "what": "fields"}
     return Point(named, (Prediction("parts", expected),), columns({"parts": counts}))
 
 
-def measure_lens_parts(case: LensParts) -> list[Point]:
-    """Count the parts of one frame in each band of distance, by every cut."""
-    scene = Scene(load_preset("crowd", [*LENS, f"render.size={case.size}"]))
+def measure_lens_parts(size: str, seed: int) -> list[Point]:
+    """Count the parts of one frame of `crowd` in each band of distance, by every cut."""
+    scene = Scene(load_preset("crowd", [*LENS, f"render.size={size}"]))
     made = []
     for cut, view in lens_views(scene.view(1)).items():
         counts = np.zeros(len(BANDS_M) - 1, np.int64)
@@ -105,9 +81,14 @@ def measure_lens_parts(case: LensParts) -> list[Point]:
     return made
 
 
-def measure_lens_pictures(case: LensPictures, seed: int) -> list[Point]:
-    """Measure FLIP to the unpruned picture of every cut, and of another unpruned picture."""
-    settings = *LENS, f"render.size={case.size}", "world.extent=150"
+def measure_lens_pictures(
+    pair: int, size: str, spp: tuple[int, ...], variant: str, seed: int
+) -> list[Point]:
+    """Measure FLIP to the unpruned picture of every cut, and of another unpruned picture.
+
+    They are of one pair of seeds and of a window; ``spp`` are the samples of a pixel of each.
+    """
+    settings = *LENS, f"render.size={size}", "world.extent=150"
     scene = Scene(load_preset("crowd", settings))
     view = scene.view(1)
     unpruned = replace(
@@ -116,17 +97,17 @@ def measure_lens_pictures(case: LensPictures, seed: int) -> list[Point]:
 
     def pictures(of: View, own: int) -> tuple[np.ndarray, ...]:
         shown = tuple(display(each, prune(each, of), of) for each in scene.world.representations)
-        quality = replace(frame_quality(scene.preset, case.variant), seed=own)
+        quality = replace(frame_quality(scene.preset, variant), seed=own)
         frame = FrameInput(of.camera, shown, scene.air, scene.light, quality)
-        return look(frame, Looks(case.spp, 0), np.array((0.0, np.inf)), 0).pictures
+        return look(frame, Looks(spp, 0), np.array((0.0, np.inf)), 0).pictures
 
-    one, two = (seed + 2 * case.pair + k for k in (0, 1))
+    one, two = (seed + 2 * pair + k for k in (0, 1))
     reference, made = pictures(unpruned, two), []
     for cut, of in {**lens_views(view), "unpruned": unpruned}.items():
         found = flips(pictures(of, one), reference)
         ppm = (
-            Column("flip_ppm", [round(1e6 * error)], {"samples": spp})
-            for spp, error in zip(case.spp, found, strict=True)
+            Column("flip_ppm", [round(1e6 * error)], {"samples": samples})
+            for samples, error in zip(spp, found, strict=True)
         )
         named = {"topic": "defocus", "what": "picture", "cut": cut}
         made.append(Point(named, samples=tuple(ppm)))

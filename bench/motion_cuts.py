@@ -84,27 +84,9 @@ an excess (``bench.images.differences.FLOOR``).
 SUBFRAMES = 16
 
 
-@dataclass(frozen=True)
-class Field:
-    """A field whose parts are counted; its number is added to the run's seed."""
-
-    number: int
-
-
-@dataclass(frozen=True)
-class Pictures:
-    """A move, a pair of seeds, the cuts that are compared, and how they are rendered."""
-
-    move: Move
-    pair: int
-    cuts: tuple[str, ...]
-    variant: str
-    spp: int
-
-
-def measure_field(case: Field, seed: int) -> list[Point]:
+def measure_field(number: int, seed: int) -> list[Point]:
     """Count the parts of one field in both worlds, by each of their cuts, for every camera."""
-    own, points = f"seed={seed + case.number}", []
+    own, points = f"seed={seed + number}", []
     for name, moves in (("endless", MOVES), ("finite", (FAST,))):
         cuts = COUNTED_CUTS[name]
         field = Scene(load_preset("meadow", (BARE, own, *cuts["spatial"])))
@@ -131,11 +113,12 @@ def _pictured_field() -> Scene:
     return Scene(load_preset("meadow", (BARE,)))
 
 
-def measure_pictures(case: Pictures, seed: int) -> list[Point]:
+def measure_pictures(
+    move: Move, pair: int, cuts: tuple[str, ...], variant: str, spp: int, seed: int
+) -> list[Point]:
     """Measure excess FLIP of one pair of seeds and one heading, for every cut."""
-    move, spp = case.move, case.spp
     # The window looks along the pair's heading in the middle of the frame's time.
-    heading = 360.0 * case.pair / LEAST_PAIRS - 180.0 - move.turn / FPS * (PICTURED_FRAME - 1)
+    heading = 360.0 * pair / LEAST_PAIRS - 180.0 - move.turn / FPS * (PICTURED_FRAME - 1)
     tangent = math.tan(math.radians(WHOLE_DEG / 2)) * SIZE[0] / WHOLE_PX
     window = (
         *(BARE, f"render.size={SIZE[0]}x{SIZE[1]}", f"render.spp={spp}", "render.max_depth=2"),
@@ -146,14 +129,14 @@ def measure_pictures(case: Pictures, seed: int) -> list[Point]:
 
     def framed(cut: str) -> FrameInput:
         preset = load_preset("meadow", (*window, *move.settings, *PICTURED_CUTS[cut]))
-        return _pictured_field().with_preset(preset).input(PICTURED_FRAME, case.variant)
+        return _pictured_field().with_preset(preset).input(PICTURED_FRAME, variant)
 
     def radiance(made: FrameInput, own: int) -> np.ndarray:
         quality = replace(made.quality, seed=own)
         return render_frame(replace(made, quality=quality), PICTURED_FRAME).rgb.astype(np.float64)
 
-    spatial, *tested = (framed(cut) for cut in ("spatial", *case.cuts))
-    one, two = (seed + 2 * case.pair + k for k in (0, 1))
+    spatial, *tested = (framed(cut) for cut in ("spatial", *cuts))
+    one, two = (seed + 2 * pair + k for k in (0, 1))
     other = radiance(spatial, two)
     exposure = auto_exposure(other)
     reference = to_srgb(other, exposure).astype(np.float32)
@@ -163,7 +146,7 @@ def measure_pictures(case: Pictures, seed: int) -> list[Point]:
         return round(1e6 * mean_flip(shown, reference))
 
     floor, points = error(spatial), []
-    for cut, made in zip(case.cuts, tested, strict=True):
+    for cut, made in zip(cuts, tested, strict=True):
         named = {"topic": "motion", "world": "picture", **asdict(move), "cut": cut, "spp": spp}
         points.append(Point(named, samples=columns({"flip": [error(made)], "flip_floor": [floor]})))
     return points

@@ -28,13 +28,7 @@ from lod.pruner import Cut, prune
 from lod.shapes import Appearance, Sticks, SticksAndTriangles
 from lod.view import View, in_view
 from scenes.field.species_field import SpeciesField
-from scenes.frame.frame_input import (
-    DisplayedRepresentation,
-    FrameInput,
-    Posing,
-    Quality,
-    display,
-)
+from scenes.frame.frame_input import DisplayedRepresentation, FrameInput, Posing, Quality, display
 from scenes.render.render import build_frame, trace
 from scenes.scene import Scene, frame_quality
 from scenes.sticks.prototype import LUMINANCE

@@ -7,7 +7,7 @@ all hold about as many objects.
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -37,18 +37,6 @@ COARSE_M = 2 * math.tan(math.radians(30)) / 640
 """m of one pixel of 640 across 60° [rad]."""
 
 
-@dataclass(frozen=True)
-class SizeCounts:
-    """What one field displays.
-
-    by_size      parts of each class of size
-    near_counts  parts nearer than each of some distances
-    """
-
-    by_size: tuple[int, ...]
-    near_counts: tuple[int, ...]
-
-
 def camera(width: int) -> Camera:
     """Make the camera of every field, for a picture so many pixels wide."""
     eye = np.array((0.0, 0.0, EYE_HEIGHT_M))
@@ -71,17 +59,17 @@ def count_sizes(
     view: View,
     seed: int,
     near_m: Sequence[float] = (),
-) -> SizeCounts:
+) -> tuple[list[int], list[int]]:
     """Count the parts of each size in one real field, by the real pruner.
 
-    ``near_m`` are the distances that count as near [m].
+    Gives a number for each size, and for each of the distances ``near_m`` [m] that of nearer parts.
     """
     field = SpeciesField(Species("sight", prototypes, density), seed, FLAT)
     parts = prune(field, view).parts
     size = np.concatenate([tree.P for tree in field.prototypes.part_tables.hierarchies])[parts.part]
     far = distance(view, parts.position)
-    nearer = tuple(int(np.count_nonzero(far < near)) for near in near_m)
-    return SizeCounts(tuple(np.bincount(size_class(size), minlength=len(SIZES)).tolist()), nearer)
+    by_size: list[int] = np.bincount(size_class(size), minlength=len(SIZES)).tolist()
+    return by_size, [int(np.count_nonzero(far < near)) for near in near_m]
 
 
 def predicted_sizes(prototypes: tuple[Prototype, ...], density: float, view: View) -> Reals:
@@ -94,13 +82,10 @@ def predicted_sizes(prototypes: tuple[Prototype, ...], density: float, view: Vie
     return total * density / len(prototypes)
 
 
-def size_columns(counts: Sequence[SizeCounts], **keys: Key) -> tuple[Column, ...]:
+def size_columns(fields: Sequence[Sequence[int]], **keys: Key) -> tuple[Column, ...]:
     """Make one column of parts for each size, a number for each field, with further keys."""
-    rows = zip(*(each.by_size for each in counts), strict=True)
-    return tuple(
-        Column("parts", list(row), {**keys, "size": size})
-        for size, row in zip(SIZES, rows, strict=True)
-    )
+    rows = zip(SIZES, *fields, strict=True)
+    return tuple(Column("parts", row, {**keys, "size": size}) for size, *row in rows)
 
 
 def size_predictions(means: Reals, **keys: Key) -> tuple[Prediction, ...]:

@@ -20,6 +20,8 @@ from matplotlib.axis import Axis
 from matplotlib.figure import Figure as Canvas
 from matplotlib.ticker import MaxNLocator, NullFormatter
 
+from bench.statistics.estimates import Estimate
+
 
 @dataclass(frozen=True)
 class Mark:
@@ -105,6 +107,18 @@ class Curve:
         there = (x >= ends[0].min() - 1e-9) & (x <= ends[0].max() + 1e-9)
         over = np.array(self.y)[there] / np.exp(np.interp(x[there], *ends))
         return np.array(self.x)[there].tolist(), over.tolist()
+
+
+def estimated(
+    label: str,
+    x: Sequence[float],
+    found: Sequence[Estimate],
+    line: tuple[Sequence[float], Sequence[float]] = ((), ()),
+    least: float = -np.inf,
+) -> Curve:
+    """Make a curve of estimates and their intervals, drawn at ``least`` where they are below it."""
+    y, low, high = ([max(getattr(e, k), least) for e in found] for k in ("value", "low", "high"))
+    return Curve(label, list(x), y, low, high, line)
 
 
 @dataclass(frozen=True)
@@ -210,7 +224,9 @@ def against_law(
         below.axhspan(0.98, 1.02, color="#D9D9D9", alpha=0.5, lw=0)
         below.axhline(1.0, color=_GREY, lw=1.2)
         below.set(xlabel=axis[0], ylabel="measured ÷\npredicted")
-        _limit_residuals(below, drawn)
+        reaches = (abs(np.array(c.residuals[1]) - 1) + _half_band(c) / c.line[1] for c in drawn)
+        reach = max(0.03, min(1.15 * max(float(each.max()) for each in reaches), 1.05))
+        below.set_ylim(1 - reach, 1 + reach)
         return _finished(canvas, (name, title, caption), axis, drawn, "prediction", _APART)
 
 
@@ -249,7 +265,6 @@ def _places(
 
 
 def _in_words(curve: Curve, line: str) -> str:
-    """Say where a curve begins and ends, and how far it is from its line."""
     said = f"{curve.label}: from {curve.y[0]:.4g} at {curve.x[0]:.3g}"
     said += f" to {curve.y[-1]:.4g} at {curve.x[-1]:.3g}"
     over = curve.residuals[1]
@@ -313,14 +328,7 @@ def _residuals(axes: Axes, curve: Curve, number: int) -> None:
 
 
 def _half_band(curve: Curve) -> np.ndarray:
-    """Return half the width of a curve's band at each x, (n,)."""
     return (np.array(curve.high) - curve.low) / 2
-
-
-def _limit_residuals(axes: Axes, drawn: Sequence[Curve]) -> None:
-    reaches = (abs(np.array(c.residuals[1]) - 1) + _half_band(c) / c.line[1] for c in drawn)
-    reach = max(0.03, min(1.15 * max(float(each.max()) for each in reaches), 1.05))
-    axes.set_ylim(1 - reach, 1 + reach)
 
 
 def _marks(number: int) -> dict[str, Any]:

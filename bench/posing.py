@@ -9,13 +9,10 @@ the two take turns, so that what else the machine does slows both.
 import time
 
 import numpy as np
-from jaxtyping import Float64
 from numba import njit
 
 from scenes.rig.rig import Rig
 from scenes.rig.rotations import matrices, quaternion_product, rotate_vector
-
-Placed = Float64[np.ndarray, "n j p 3"]
 
 
 def posing_times(
@@ -29,7 +26,7 @@ def posing_times(
     rng = np.random.Generator(np.random.Philox(np.random.SeedSequence((seed, 0xC057))))
     turns = rig.random_turns(rng, poses)
     points = rng.uniform(-0.2, 0.2, (len(rig), points_per_joint, 3))
-    both = (placed_by_quaternions, turns), (placed_by_matrices, matrices(turns))
+    both = (_by_quaternions, turns), (_by_matrices, matrices(turns))
     first, second = (kernel(rig.parent, rig.offset, form, points) for kernel, form in both)
     apart = float(np.abs(first - second).max(initial=0.0))
     times: list[list[int]] = [[], []]
@@ -42,21 +39,8 @@ def posing_times(
     return apart, {"quaternions_ns": times[0], "matrices_ns": times[1]}
 
 
-def placed_by_quaternions(
-    parent: np.ndarray, offset: np.ndarray, turns: np.ndarray, points: np.ndarray
-) -> Placed:
-    """Place the points (j, p, 3) of every joint of n poses, from turns (n, j, 4).
-
-    With p = 0 joints are composed alone, and nothing is returned.
-    """
-    return _by_quaternions(parent, offset, turns, points)
-
-
-def placed_by_matrices(
-    parent: np.ndarray, offset: np.ndarray, matrices: np.ndarray, points: np.ndarray
-) -> Placed:
-    """Place the points (j, p, 3) of every joint from rotation matrices (n, j, 3, 3)."""
-    return _by_matrices(parent, offset, matrices, points)
+# Both place the points (j, p, 3) of every joint of n poses, (n, j, p, 3); with p = 0 joints are
+# composed alone.
 
 
 @njit(cache=True)

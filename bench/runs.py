@@ -14,13 +14,13 @@ import math
 import os
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, dataclass, fields, is_dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from bench.experiment import Experiment, Progress, silent
+from bench.experiment import Case, Experiment, Progress, silent
 from bench.records.probe import CASES, NOTE, SOURCES, take_probe
 from bench.records.provenance import Provenance, machine, provenance, scene_digest
 from bench.records.records import (
@@ -89,33 +89,22 @@ class RunRequest:
     metric: str | None = None
 
 
-@dataclass(frozen=True)
-class Elapsed:
-    """Seconds by the clock, and of all cores, in this process and in those that it started."""
+def spent_since(start: Sequence[float] = (0.0, 0.0)) -> dict[str, float]:
+    """Return seconds by the clock, and of all cores, here and in processes that were started.
 
-    seconds: float
-    processor_seconds: float
-
-    @classmethod
-    def so_far(cls) -> "Elapsed":
-        """Return the time up to now, from a start that means nothing by itself."""
-        return cls(time.perf_counter(), math.fsum(os.times()[:4]))
-
-    def since(self, start: "Elapsed") -> dict[str, float]:
-        """Return the time since a start as plain data, in milliseconds' precision."""
-        return {
-            k.name: round(getattr(self, k.name) - getattr(start, k.name), 3) for k in fields(self)
-        }
+    They are counted from the values that this gave at a start, in milliseconds' precision.
+    """
+    now = time.perf_counter(), math.fsum(os.times()[:4])
+    passed = [round(one - other, 3) for one, other in zip(now, start, strict=True)]
+    return dict(zip(("seconds", "processor_seconds"), passed, strict=True))
 
 
-def measured_case(
-    measure: Callable[[Any, int], Point | list[Point]], case: Any, seed: int
-) -> dict[str, Any]:
+def measured_case(case: Case, seed: int) -> dict[str, Any]:
     """Measure a case: its points as plain data, and what made them, where and how long it took."""
-    start = Elapsed.so_far()
-    found = measure(case, seed)
+    start = spent_since()
+    found = case(seed)
     points = [found] if isinstance(found, Point) else found
-    made = {"case": case_label(case), **machine(), **Elapsed.so_far().since(start)}
+    made = {"case": case_label(case), **machine(), **spent_since([*start.values()])}
     return {"points": [point_json(each) for each in points], "made": made}
 
 
@@ -139,12 +128,14 @@ class Journal:
     def finished(self, asked: RunRequest, record: Path) -> None:
         """Note that a record is finished; its cases need not be kept any longer."""
         _write(self._path("record", asked), record.name)
-        for path in self._cases(asked).glob("*.json"):
-            path.unlink()
+        self._discard_cases(asked)
 
     def discard(self, asked: RunRequest) -> None:
         """Forget what was asked for and its cases; records stay."""
         self._path("record", asked).unlink(missing_ok=True)
+        self._discard_cases(asked)
+
+    def _discard_cases(self, asked: RunRequest) -> None:
         for path in self._cases(asked).glob("*.json"):
             path.unlink()
 
@@ -155,7 +146,10 @@ class Journal:
             function: Callable[..., Any], cases: Sequence[tuple[Any, ...]]
         ) -> Iterator[dict[str, Any]]:
             folder = self._cases(asked)
-            paths = [folder / f"{_sha256(case[1:])}.json" for case in cases]
+            paths = [
+                folder / f"{_sha256(case.func.__qualname__, case.args, case.keywords, seed)}.json"
+                for case, seed in cases
+            ]
             done = [_read(path) for path in paths]
             left = [case for case, data in zip(cases, done, strict=True) if data is None]
             measured = each(function, left)
@@ -193,19 +187,16 @@ def run_experiment(
     progress: Progress = silent,
 ) -> Record:
     """Measure all cases of the topics asked for, judge their points, and give the record."""
-    start = Elapsed.so_far()
-    accepted = (asked.metric,) if experiment.accepts_metric else ()
-    sizes = {
-        name: experiment.topics[name].sizes("quick" if asked.quick else "full")
-        for name in asked.topics
-    }
-    cases = [
-        case for name, given in sizes.items() for case in experiment.cases(name, given, *accepted)
-    ]
+    start = spent_since()
+    sizes, cases = {}, list[Case]()
+    for name in asked.topics:
+        topic = experiment.topics[name]
+        sizes[name] = topic.sizes("quick" if asked.quick else "full")
+        accepted = {"metric": asked.metric} if topic.accepts_metric else {}
+        cases += topic.cases(**sizes[name], **accepted)
     points: list[Point] = []
     made: list[dict[str, Any]] = []
-    arguments = [(experiment.measure, case, asked.seed) for case in cases]
-    results = executor(measured_case, arguments)
+    results = executor(measured_case, [(case, asked.seed) for case in cases])
     for number, case in enumerate(cases):
         progress(number, len(cases), case_label(case))
         found = next(results)
@@ -224,7 +215,7 @@ def run_experiment(
         provenance=_origin(experiment, asked, merged),
         points=merged,
         claims=experiment.judged(merged),
-        notes=notes | Elapsed.so_far().since(start),
+        notes=notes | spent_since([*start.values()]),
     )
 
 
@@ -246,8 +237,8 @@ def run_request(
     kept = each if in_one_go else journal.memoised(asked, each)
     record = run_experiment(experiment, asked, kept, progress)
     spent = {
-        key.name: round(math.fsum(case[key.name] for case in record.notes[CASES]), 1)
-        for key in fields(Elapsed)
+        name: round(math.fsum(case[name] for case in record.notes[CASES]), 1)
+        for name in spent_since()
     }
     made_by = {NOTE: take_probe(experiment.probe), SOURCES: sources()}
     record = replace(record, notes=record.notes | spent | made_by)
@@ -256,11 +247,9 @@ def run_request(
     return path, record
 
 
-def case_label(case: Any) -> str:
-    """Name a case for progress: by its label where it has one, else by its values."""
-    if hasattr(case, "label"):
-        return str(case.label)
-    values = list(vars(case).values()) if is_dataclass(case) else [case]
+def case_label(case: Case) -> str:
+    """Name a case for progress by its arguments, those with a label by that."""
+    values = [getattr(v, "label", v) for v in (*case.args, *case.keywords.values())]
     return ", ".join(f"{v:g}" if isinstance(v, float) else str(v) for v in values)
 
 

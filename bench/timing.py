@@ -10,8 +10,8 @@ import os
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +22,7 @@ from bench.children import run_timed
 from bench.experiment import Table
 from bench.frame_costs import interleaved_seconds
 from bench.records.claims import Claim, at_most, claim
-from bench.records.records import Column, Point, columns, grouped, where
+from bench.records.records import Column, Point, Record, columns, grouped, where
 from bench.statistics.estimates import LEAST_REPEATS, two_sided_median
 from lod.arrays import Reals
 from lod.crossfade import blend_weights
@@ -44,15 +44,7 @@ DARK = 1e-2
 """The number added to the squared radiance by which noise is divided, ÷ its mean square."""
 
 
-@dataclass(frozen=True)
-class Walks:
-    """Compiled walks over the first frame of presets, on one core."""
-
-    size: str
-    repeats: int
-
-
-def measure_walks(case: Walks, seed: int) -> list[Point]:
+def measure_walks(size: str, repeats: int, seed: int) -> list[Point]:
     """Time part tests, sticks posed and emitted, and objects turned away [ns].
 
     Turned away are objects that were drawn, beyond limits a thirtieth of the view's; their time
@@ -62,7 +54,7 @@ def measure_walks(case: Walks, seed: int) -> list[Point]:
     numba.set_num_threads(1)
     source = np.ones(2**25)
     target = np.zeros_like(source)
-    (copied,) = interleaved_seconds([lambda: np.copyto(target, source)], case.repeats)
+    (copied,) = interleaved_seconds([lambda: np.copyto(target, source)], repeats)
     nanoseconds = [round(1e9 * t) for t in copied]
     points = [
         Point(
@@ -71,8 +63,8 @@ def measure_walks(case: Walks, seed: int) -> list[Point]:
         )
     ]
     for name, preset, number in (("trees", "meadow", 1), ("figures", "crowd", 0)):
-        scene = Scene(load_preset(preset, [f"render.size={case.size}", f"seed={seed}"]))
-        samples = _walks_over(scene.world.fields[number], scene.view(1), case.repeats)
+        scene = Scene(load_preset(preset, [f"render.size={size}", f"seed={seed}"]))
+        samples = _walks_over(scene.world.fields[number], scene.view(1), repeats)
         points.append(Point({"topic": "speed", "what": name}, samples=samples))
     return points
 
@@ -105,12 +97,12 @@ def _walks_over(field: SpeciesField, view: View, repeats: int) -> tuple[Column, 
     return tuple(samples)
 
 
-def speed_table(points: Sequence[Point]) -> Table:
+def speed_tables(record: Record) -> Iterator[tuple[str, Table]]:
     """Show rates, and the time of part tests against that of the bytes that must move."""
-    (copied,) = where(points, what="copy")
+    (copied,) = where(record.points, what="copy")
     speed = copied.column("bytes")[0] / (np.median(copied.values("ns")) / 1e9)
     rows: list[tuple[str, ...]] = [("memory moved by a copy", "", f"{speed / 1e9:.1f} GB/s")]
-    for point in points:
+    for point in record.points:
         if point is copied:
             continue
         name = point.case["what"]
@@ -120,34 +112,24 @@ def speed_table(points: Sequence[Point]) -> Table:
         floor_ns = 1e9 * point.column("floor_bytes")[0] / speed
         over = np.median(point.values("ns", task="tests")) / floor_ns
         rows.append((f"{name}: time of tests ÷ floor", "", f"{over:.1f}"))
-    return ("on one core", "how many", "median (95 %)"), rows
+    yield "Compiled walks on one core", (("on one core", "how many", "median (95 %)"), rows)
 
 
-@dataclass(frozen=True)
-class Command:
-    """A command timed from the shell, in turns with the imports that it needs.
+def measure_command(
+    words: tuple[str, ...], warm: int, cold: int, variant: str | None, seed: int
+) -> list[Point]:
+    """Time a command and its imports in turns.
 
     words   after ``lodbench``; of a first frame, without the folder it goes to
     warm    turns with a folder of what is kept; ``cold`` turns begin with nothing kept
     """
-
-    words: tuple[str, ...]
-    warm: int
-    cold: int
-    variant: str | None = None
-
-
-def measure_command(case: Command, seed: int) -> list[Point]:
-    """Time a command and its imports in turns: cold, and warm with a folder of what is kept."""
     modules = "numpy, numba, scipy, pydantic, click"
-    imports, words = f"import {modules}", case.words
-    name = f"lodbench {' '.join(words)}"
-    points = []
+    imports, name, points = f"import {modules}", f"lodbench {' '.join(words)}", []
     with tempfile.TemporaryDirectory() as folder:
-        if case.variant:
-            imports += f", drjit, OpenEXR, mitsuba; mitsuba.set_variant({case.variant!r})"
+        if variant:
+            imports += f", drjit, OpenEXR, mitsuba; mitsuba.set_variant({variant!r})"
             target = str(Path(folder) / "a.####.exr")
-            words += "-o", target, "--overwrite", "--json", "--variant", case.variant
+            words += "-o", target, "--overwrite", "--json", "--variant", variant
 
         def turn(cache: Path) -> list[int]:
             environment = {k: v for k, v in os.environ.items() if k != "NUMBA_CACHE_DIR"}
@@ -155,14 +137,14 @@ def measure_command(case: Command, seed: int) -> list[Point]:
             _, imported_s, _ = run_timed((sys.executable, "-c", imports), environment)
             command = sys.executable, "-m", "lodbench", *words
             said, wall_s, cpu_s = run_timed(command, environment)
-            own = json.loads(said.splitlines()[0])["seconds"]["trace"] if case.variant else 0.0
+            own = json.loads(said.splitlines()[0])["seconds"]["trace"] if variant else 0.0
             return [round(1e6 * s) for s in (imported_s, own, wall_s, cpu_s)]
 
         kept = Path(folder, "kept")
-        turns = {"cold": [turn(Path(folder, f"cold{k}")) for k in range(case.cold)]}
-        if case.warm:
+        turns = {"cold": [turn(Path(folder, f"cold{k}")) for k in range(cold)]}
+        if warm:
             turn(kept)  # keeps what is not there yet
-        turns["warm"] = [turn(kept) for _ in range(case.warm)]
+        turns["warm"] = [turn(kept) for _ in range(warm)]
     for how, rows in turns.items():
         if rows:
             names = "imports_us", "trace_us", "command_us", "command_cpu_us"
@@ -172,41 +154,31 @@ def measure_command(case: Command, seed: int) -> list[Point]:
     return points
 
 
-def over_imports(point: Point) -> Reals:
-    """Return the time of a command ÷ that of its imports and its trace, (turns,)."""
+def _over_imports(point: Point) -> Reals:
     names = "command_us", "imports_us", "trace_us"
     command, imports, traced = (point.values(name) for name in names)
     return np.asarray(command / (imports + traced))
 
 
-def start_claims(points: Sequence[Point]) -> list[Claim]:
+def start_claims(points: Sequence[Point]) -> Iterator[Claim]:
     """Bound the time of warm commands by that of their imports, and of the rays of a frame."""
-    made = []
     for point in where(points, kept="warm"):
-        found = over_imports(point)
+        found = _over_imports(point)
         if len(found) >= LEAST_REPEATS:
             traced = bool(point.values("trace_us").any())
             work = "its imports and trace" if traced else "its imports"
-            made.append(
-                claim(
-                    f"time of a command ÷ {work}",
-                    at_most(1.5 if traced else 4),
-                    {"command": point.case["command"]},
-                    two_sided_median(found),
-                    unit="turn",
-                    source="asked",
-                )
-            )
-    return made
+            estimand, bound = f"time of a command ÷ {work}", at_most(1.5 if traced else 4)
+            of, median = {"command": point.case["command"]}, two_sided_median(found)
+            yield claim(estimand, bound, of, median, unit="turn", source="asked")
 
 
-def start_table(points: Sequence[Point]) -> Table:
+def start_tables(record: Record) -> Iterator[tuple[str, Table]]:
     """Show what imports, trace and command take, medians."""
     heads = "command", "imports [s]", "trace [s]", "command [s]", "command ÷ (imports + trace)"
     rows: list[tuple[str, ...]] = []
-    for point in points:
+    for point in record.points:
         columns_us = (point.values(f"{name}_us") for name in ("imports", "trace", "command"))
-        found = over_imports(point)
+        found = _over_imports(point)
         enough = len(found) >= LEAST_REPEATS
         rows.append(
             (
@@ -215,16 +187,7 @@ def start_table(points: Sequence[Point]) -> Table:
                 f"{two_sided_median(found):.2f}" if enough else f"{np.median(found):.2f}",
             )
         )
-    return heads, rows
-
-
-@dataclass(frozen=True)
-class Sampling:
-    """One preset rendered by every setting of the sampler, in turns, with pairs of seeds."""
-
-    preset: str
-    size: str
-    pairs: int
+    yield "Commands from the shell", (heads, rows)
 
 
 def sampling_settings() -> dict[str, dict[str, Any]]:
@@ -240,21 +203,21 @@ def sampling_settings() -> dict[str, dict[str, Any]]:
     return {"as used": {}, **suns, **samplers, **sizes, **depths}
 
 
-def measure_sampling(case: Sampling, seed: int) -> list[Point]:
+def measure_sampling(preset: str, size: str, pairs: int, seed: int) -> list[Point]:
     """Render one scene by every setting with pairs of independent seeds, in turns.
 
     Noise is the mean over pixels of (a − b)²/2 over the squared light of the mean of all pictures,
     which holds no bias [millionths]; time is that of the processor, on all cores, for the trace
     alone, once its code is compiled. ``light`` is the mean radiance [millionths].
     """
-    keys = f"render.size={case.size}", f"render.spp={SAMPLES}", f"seed={seed}"
-    made = Scene(load_preset(case.preset, keys)).input(1, JIT_VARIANT)
+    keys = f"render.size={size}", f"render.spp={SAMPLES}", f"seed={seed}"
+    made = Scene(load_preset(preset, keys)).input(1, JIT_VARIANT)
     settings = sampling_settings()
     qualities = [replace(made.quality, **changes) for changes in settings.values()]
     built = [build_frame(replace(made, quality=each)) for each in qualities]
     spent: list[list[int]] = [[] for _ in built]
     pictures: list[list[np.ndarray]] = [[] for _ in built]
-    for number in (2**20, *range(2 * case.pairs)):  # the first compiles
+    for number in (2**20, *range(2 * pairs)):  # the first compiles
         for k, scene in enumerate(built):
             start = time.process_time()
             layers = trace(scene, replace(qualities[k], seed=number), 1)
@@ -270,7 +233,7 @@ def measure_sampling(case: Sampling, seed: int) -> list[Point]:
             "cpu_us": np.add.reduceat(times, np.arange(0, len(times), 2)).tolist(),
             "light_ppm": [round(1e6 * float(np.mean(held)))],
         }
-        named = {"topic": "settings", "preset": case.preset, "setting": name}
+        named = {"topic": "settings", "preset": preset, "setting": name}
         points.append(Point(named, samples=columns(samples)))
     return points
 
@@ -281,13 +244,13 @@ def noise_of_pair(a: np.ndarray, b: np.ndarray, light: np.ndarray) -> float:
     return float(((a - b) ** 2 / 2 / (squared + DARK * squared.mean())).mean())
 
 
-def settings_table(points: Sequence[Point]) -> Table:
+def settings_tables(record: Record) -> Iterator[tuple[str, Table]]:
     """Show noise × time over that of the way in use, pair by pair: below 1 is better.
 
     Light tells what a way leaves out: mean radiance over that of the deepest paths tried.
     """
     rows: list[tuple[str, ...]] = []
-    for (preset,), row in grouped(points, "preset").items():
+    for (preset,), row in grouped(record.points, "preset").items():
         used, deepest = row[0], row[-1].column("light_ppm")[0]
         cost = used.values("noise_ppm") * used.values("cpu_us")
         for point in row:
@@ -303,4 +266,4 @@ def settings_table(points: Sequence[Point]) -> Table:
                 )
             )
     heads = "preset", "setting", "noise", "processor s", "noise × time, of that used", "light"
-    return heads, rows
+    yield "Ways to sample, noise × time of the one in use", (heads, rows)

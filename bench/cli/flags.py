@@ -162,7 +162,6 @@ def preset_from_flags(
 
 
 def _said(text: str) -> ScriptLine:
-    """Read a message in words as a line of the script, at the beginning."""
     from scenes.actors.say import check_action, parse_words
 
     words = parse_words(text)
@@ -312,13 +311,17 @@ def memory_limit_bytes(text: str | None) -> int | None:
     return round(float(match[1]) * _UNITS[match[2].lower()])
 
 
-def memory_flag(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Add --max-memory to a command (``memory_limit_bytes`` reads it)."""
+def memory_flag(command: Command) -> Command:
+    """Add --max-memory to a command, which is given its bytes (``memory_limit_bytes``)."""
+
+    def read(context: click.Context, option: click.Parameter, text: str | None) -> int | None:
+        return memory_limit_bytes(text)
+
     about = "Refuse what needs more, as 4GB; 0 = never. By default 80 % of what is free."
-    return click.option("--max-memory", metavar="SIZE", help=about)(command)
+    return click.option("--max-memory", metavar="SIZE", callback=read, help=about)(command)
 
 
-def memory_flag_of_all(command: Callable[..., Any]) -> Callable[..., Any]:
+def memory_flag_of_all(command: Command) -> Command:
     """Add --max-memory to a command that renders in many ways: it is kept in the environment."""
 
     def keep(context: click.Context, option: click.Parameter, text: str | None) -> None:
@@ -329,9 +332,10 @@ def memory_flag_of_all(command: Callable[..., Any]) -> Callable[..., Any]:
             os.environ[VARIABLE] = str(most)
 
     about = "Refuse pictures that need more, as 4GB; 0 = never. By default 80 % of what is free."
-    return click.option(
-        "--max-memory", metavar="SIZE", help=about, expose_value=False, callback=keep
-    )(command)
+    option = click.option(
+        "--max-memory", metavar="SIZE", expose_value=False, callback=keep, help=about
+    )
+    return option(command)
 
 
 def check_targets(paths: Sequence[Path]) -> None:

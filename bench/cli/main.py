@@ -155,7 +155,8 @@ def _verdict(error: BaseException) -> tuple[int, str]:
         case InputError():
             return BAD_INPUT, f"error: {_one_line(str(error))}"
         case click.UsageError():
-            return BAD_INPUT, f"error: {_one_line(error.format_message())}{_help(error)}"
+            seen = f" (see `{error.ctx.command_path} --help`)" if error.ctx else ""
+            return BAD_INPUT, f"error: {_one_line(error.format_message())}{seen}"
         case click.ClickException():
             return FAILED, f"error: {_one_line(error.format_message())}"
         case MemoryError():
@@ -181,13 +182,9 @@ def _refused_by_system(error: OSError) -> tuple[int, str]:
     return FAILED, f"error: {what}; {cure}, then give the same command again"
 
 
-def _one_line(text: str, longest: int = 600) -> str:
+def _one_line(text: str) -> str:
     line = " ".join(text.split())
-    return line if len(line) <= longest else line[: longest - 1] + "…"
-
-
-def _help(error: click.UsageError) -> str:
-    return f" (see `{error.ctx.command_path} --help`)" if error.ctx else ""
+    return line if len(line) <= 600 else line[:599] + "…"
 
 
 if __name__ == "__main__":

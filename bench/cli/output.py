@@ -78,7 +78,6 @@ def table(rows: Iterable[Sequence[object]], indent: str = "  ") -> str:
 
 
 def _cell(value: object) -> tuple[str, bool]:
-    """Write one cell: its text, and whether it is a number."""
     match value:
         case None:
             return "–", True

@@ -6,14 +6,13 @@ with the medium that scatters light, and RGB with spectral haze by CIEDE2000. Al
 integers: radiance in 10⁻⁹, ΔE in 10⁻³.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import lru_cache
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import lru_cache, partial
 
 import numpy as np
 
-from bench.experiment import Experiment, Topic
+from bench.experiment import Case, Experiment, Topic
 from bench.haze_targets import DISTANCES, extinction_seen, look_at, order, visibility_seen
 from bench.plots import Curve, Plot, curves
 from bench.records.claims import Claim, Kind, at_most, claim, within
@@ -44,41 +43,21 @@ SKY = 1e10
 """The lower edge [m] of the band of rays that meet nothing."""
 
 
-@dataclass(frozen=True)
-class Targets:
-    """Targets in haze of a visibility [m], rendered in one way: a frame driver, or the medium."""
-
-    way: str
-    visibility: float
-    variant: str
-    spp: int
-
-
-@dataclass(frozen=True)
-class Meadow:
-    """A render of the meadow in every haze; its number is added to the run's seed."""
-
-    number: int
-
-
-def cases(topic: str, sizes: Mapping[str, Any]) -> list[Targets | Meadow]:
+def cases(target_spp: Mapping[str, int], seeds: int) -> list[Case]:
     """Return the targets by every way that works here and every visibility, then the meadow."""
     ways = {"scalar": SCALAR_VARIANT, "jit": JIT_VARIANT, "medium": choose()}
     working = {name: variant for name, variant in ways.items() if works(variant) is True}
     return [
         *(
-            Targets(way, visibility, variant, sizes["target_spp"][way])
+            partial(measure_targets, way, visibility, variant, target_spp[way])
             for way, variant in working.items()
             for visibility in VISIBILITIES_M
         ),
-        *(Meadow(number) for number in range(sizes["seeds"])),
+        *(partial(_measure_meadow, number) for number in range(seeds)),
     ]
 
 
-def measure(case: Targets | Meadow, seed: int) -> Point | list[Point]:
-    """Measure the targets in one way, or the meadow: a point for each of its bands of distance."""
-    if isinstance(case, Targets):
-        return _measure_targets(case, seed)
+def _measure_meadow(number: int, seed: int) -> list[Point]:
     frame, scene = _meadow()
     return [
         Point(
@@ -86,28 +65,30 @@ def measure(case: Targets | Meadow, seed: int) -> Point | list[Point]:
             samples=columns({k: [v] for k, v in values.items()}),
             scene=scene,
         )
-        for low, values in _by_distance(frame, seed + case.number).items()
+        for low, values in _by_distance(frame, seed + number).items()
     ]
 
 
-def _measure_targets(case: Targets, seed: int) -> Point:
-    """Measure the radiance of every target in haze, and of the endless path beside it."""
-    haze = "medium" if case.way == "medium" else "analytic"
-    target, beyond = look_at(case.visibility, Quality(case.variant, case.spp, seed, 4, haze))
+def measure_targets(way: str, visibility: float, variant: str, spp: int, seed: int) -> Point:
+    """Measure the radiance of every target in haze, and of the endless path beside it.
+
+    They are rendered by one frame driver, or in the medium, which is the way.
+    """
+    haze = "medium" if way == "medium" else "analytic"
+    target, beyond = look_at(visibility, Quality(variant, spp, seed, 4, haze))
     step, albedo = order(seed)
     radiance = (
         Column(name, [round(1e9 * float(v)) for v in rgb[:, number]], {"band": band})
         for number, band in enumerate("rgb")
         for name, rgb in (("target", target), ("beyond", beyond))
     )
-    named = {"topic": "air", "what": "targets", "way": case.way, "visibility": case.visibility}
+    named = {"topic": "air", "what": "targets", "way": way, "visibility": visibility}
     places = columns({"step": step.tolist(), "grey": albedo.tolist()})
     return Point(named, samples=(*places, *radiance))
 
 
 @lru_cache(maxsize=1)
 def _meadow() -> tuple[FrameInput, str]:
-    """The frame of the meadow, and a digest of its preset."""
     preset = load_preset("meadow", list(MEADOW))
     return Scene(preset).input(1, choose()), scene_digest([preset.model_dump(mode="json")])
 
@@ -152,19 +133,24 @@ FEWEST = 30
 """The fewest pixels with which a band is judged."""
 
 TOLERANCE = {"scalar": 0.01, "jit": 0.01, "medium": 0.03}
-_SOURCE = "§2.1"
+_claim = partial(claim, source="§2.1")
 
 
-def claims(points: tuple[Point, ...]) -> tuple[Claim, ...]:
+def claims(points: Sequence[Point]) -> Iterator[Claim]:
     """Return every claim that these points decide."""
     targets = where(points, what="targets")
-    bands = [p for p in where(points, what="bands") if p.column("pixels")[0] >= FEWEST]
-    made = [each for point in targets for each in _visibility(point)]
-    for (way,), chosen in grouped(targets, "way").items():
-        made += _extinction(way, chosen)
-    for point in bands:
-        made += _of_band(point)
-    return tuple(made)
+    for point in targets:
+        yield from _visibility(point)
+    for (way,), chosen in grouped(targets, "way").items():  # β over all visibilities and targets
+        shares = np.concatenate(
+            [found(p)[0] / rgb_extinction(Air(p.case["visibility"])) for p in chosen]
+        )
+        for number, band in enumerate(("red", "green", "blue")):
+            share = two_sided_mean(shares[:, number])
+            yield _of_way(way, "β ÷ true β", {"band": band}, share, "fit")
+    for point in where(points, what="bands"):
+        if point.column("pixels")[0] >= FEWEST:
+            yield from _of_band(point)
 
 
 def found(point: Point) -> tuple[np.ndarray, np.ndarray]:
@@ -184,42 +170,27 @@ def _of_way(
     """Claim a ratio of one way to render haze; the closed form can only give back its own β."""
     kind: Kind = "measurement" if way == "medium" else "verification"
     bound, of = within(1, TOLERANCE[way]), {"haze": way, **condition}
-    return claim(estimand, bound, of, share, unit=unit, source=_SOURCE, kind=kind)
+    return _claim(estimand, bound, of, share, unit=unit, kind=kind)
 
 
-def _visibility(point: Point) -> list[Claim]:
-    """Claim that V at 550 nm, from black and from grey targets, is the V of the air."""
-    way, true, made = point.case["way"], point.case["visibility"], []
+def _visibility(point: Point) -> Iterator[Claim]:
+    way, true = point.case["way"], point.case["visibility"]
     for name, beta, error in zip(("black", "grey"), *found(point), strict=True):
         seen = visibility_seen(beta, error)
         share = Estimate(seen.value / true, seen.low / true, seen.high / true, 0.0, 1.0, len(beta))
         condition = {"targets": f"{name} targets", "V": f"{true / 1000:g} km"}
-        made.append(_of_way(way, "V at 550 nm ÷ true V", condition, share, "target"))
-    return made
+        yield _of_way(way, "V at 550 nm ÷ true V", condition, share, "target")
 
 
-def _extinction(way: str, points: Sequence[Point]) -> list[Claim]:
-    """Claim that β of each band is that of the air, over all visibilities and targets."""
-    shares = np.concatenate(
-        [found(p)[0] / rgb_extinction(Air(p.case["visibility"])) for p in points]
-    )
-    return [
-        _of_way(way, "β ÷ true β", {"band": band}, two_sided_mean(shares[:, number]), "fit")
-        for number, band in enumerate(("red", "green", "blue"))
-    ]
-
-
-def _of_band(point: Point) -> list[Claim]:
+def _of_band(point: Point) -> Iterator[Claim]:
     """Claim that both closed forms are as bright as the medium, and RGB has spectral colours."""
-    made, at = [], {"preset": "meadow", "distance": label(point)}
+    at, of_seed = {"preset": "meadow", "distance": label(point)}, partial(_claim, unit="seed")
     for kind in ("analytic", "scattered") if point.case["from"] != SKY else ():
         share = two_sided_mean(point.values(kind) / point.values("medium"))
         of, estimand = {"haze": f"{kind} airlight", **at}, "mean luminance ÷ scattering medium's"
-        made.append(claim(estimand, within(1, 0.03), of, share, unit="seed", source=_SOURCE))
+        yield of_seed(estimand, within(1, 0.03), of, share)
     share = two_sided_mean(point.values("delta_e") / 1000)
-    estimand = "median CIEDE2000 of RGB haze to spectral haze"
-    made.append(claim(estimand, at_most(2), at, share, unit="seed", source=_SOURCE))
-    return made
+    yield of_seed("median CIEDE2000 of RGB haze to spectral haze", at_most(2), at, share)
 
 
 def label(point: Point) -> str:
@@ -286,15 +257,14 @@ EXPERIMENT = Experiment(
     topics={
         "air": Topic(
             about="haze as rendered: targets, the medium that scatters light, and spectral light",
+            cases=cases,
+            claims=claims,
+            plots=plots,
             full={"target_spp": {"scalar": 512, "jit": 512, "medium": 2048}, "seeds": 8},
             quick={"target_spp": {"scalar": 256, "jit": 256, "medium": 512}, "seeds": 4},
             seconds=(145.0, 80.0),
         )
     },
-    cases=cases,
-    measure=measure,
-    claims=claims,
-    plots=plots,
     notes=lambda points: {"meadow_spp": MEADOW_SPP},
     caveats=(
         "The airlight of the horizon's sky leaves out which way the sun stands to the air, that "

@@ -10,57 +10,45 @@ imports that they need, and ``settings`` the way that frames are sampled against
 times processor's time.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import Any
 
 import numpy as np
 
 from bench.children import run_in_child
-from bench.experiment import Experiment, Table, Topic
-from bench.frame_costs import (
-    WORLD,
-    AllWorlds,
-    Process,
-    Size,
-    measure_process,
-    measure_worlds,
-    window_costs,
-)
-from bench.frame_memory import GROWTH, HELD, Held, measure_memory, memory_claims
+from bench.experiment import Case, Experiment, Table, Topic
+from bench.frame_costs import WORLD, Size, measure_process, measure_worlds, window_costs
+from bench.frame_memory import GROWTH, HELD, measure_memory, memory_claims
 from bench.images.differences import errors, flips
 from bench.images.equal_error import EQUAL_ERROR
-from bench.plots import Curve, Plot, curves
-from bench.records.claims import Bound, Claim, Kind, at_least, at_most, claim, equals, within
+from bench.plots import Curve, Plot, curves, estimated
+from bench.records.claims import EXACT, Claim, at_least, at_most, claim, equals, within
 from bench.records.records import Column, Point, Record, columns, grouped, where
 from bench.seeds import first_seed
 from bench.statistics.estimates import (
     LEAST_REPEATS,
     Estimate,
     exactly,
+    one_sided_mean,
     two_sided_factor,
     two_sided_median,
 )
-from bench.statistics.fits import compare_with_log, fit_exponent, one_sided_mean
+from bench.statistics.fits import compare_with_log, fit_exponent
 from bench.timing import (
-    Command,
-    Sampling,
-    Walks,
     measure_command,
     measure_sampling,
     measure_walks,
-    settings_table,
-    speed_table,
+    settings_tables,
+    speed_tables,
     start_claims,
-    start_table,
+    start_tables,
 )
 from lod.arrays import Reals
 from scenes.render.variants import choose, works
 
 
-def measure_size(case: Size, seed: int) -> list[Point]:
-    """Measure one world on both sides: a point for each."""
+def _measure_size(case: Size, seed: int) -> list[Point]:
     made, seen = [], dict[str, list[np.ndarray]]()
     world_seed = first_seed(case.unseen, 4) + 12 * seed + case.field
     for side in ("whole", "pruned"):
@@ -110,97 +98,42 @@ The eye is in the middle, and whoever walks may come from a little further.
 """
 
 
-def claims(points: tuple[Point, ...]) -> tuple[Claim, ...]:
-    """Return every claim that points of any topic decide."""
-    by_topic = {topic: tuple(row) for (topic,), row in grouped(points, "topic").items()}
-    made: list[Claim] = []
-    for topic, judge in (
-        ("cost", _cost_claims),
-        ("world", _world_claims),
-        ("memory", memory_claims),
-        ("start", start_claims),
-    ):
-        if topic in by_topic:
-            made += judge(by_topic[topic])
-    return tuple(made)
-
-
-def _cost_claims(points: Sequence[Point]) -> list[Claim]:
-    """Bound shares of a preset's frame, and what pruning saves of every size of world."""
-    made = []
-    told = {"preset": "meadow"}
+def _cost_claims(points: Sequence[Point]) -> Iterator[Claim]:
+    told, made = {"preset": "meadow"}, partial(claim, source="§4.2")
     if frames := where(points, what="frames"):
-        whole = frame_us(frames[0])
+        whole = _frame_us(frames[0])
         for what, stage, most in (
             ("the metric", "metric", 0.01),
             ("finding and pruning", "prune", 0.1),
         ):
-            made.append(
-                claim(
-                    f"time of {what} ÷ time of a frame",
-                    at_most(most),
-                    told,
-                    two_sided_median(stage_us(frames[0], stage) / whole),
-                    unit="frame",
-                    source="§4.2",
-                    headline=stage == "prune",
-                )
-            )
+            found = two_sided_median(_stage_us(frames[0], stage) / whole)
+            estimand, shown = f"time of {what} ÷ time of a frame", stage == "prune"
+            yield made(estimand, at_most(most), told, found, unit="frame", headline=shown)
         world = where(points, what="processes")[0].values("world")
         if len(world) >= LEAST_REPEATS:
             estimand = f"time to set up the hierarchies ÷ time of {SEQUENCE} frames"
             found = two_sided_median(world / (SEQUENCE * np.median(whole)))
-            made.append(claim(estimand, at_most(0.01), told, found, unit="process", source="§4.2"))
+            yield made(estimand, at_most(0.01), told, found, unit="process")
     sizes = where(points, what="size")
     for (kind, objects), both in grouped(sizes, "kind", "objects").items():
         sides = {p.case["side"]: p for p in both}
-        made += _size_claims({"kind": kind, "objects": objects}, sides["pruned"], sides["whole"])
-    return made
+        yield from _size_claims(kind, objects, sides["pruned"], sides["whole"])
 
 
-def _size_claims(told: dict[str, Any], pruned: Point, unpruned: Point) -> list[Claim]:
-    later = "unpruned built once" if told["kind"] in STILL else "both rebuilt per frame"
-    rows: list[tuple[str, Bound, dict[str, str], Estimate, str]] = [
-        (
-            "time to trace, pruned ÷ unpruned",
-            within(1, 0.25),
-            {},
-            ratio(stage_us(pruned, "trace"), stage_us(unpruned, "trace")),
-            "frame",
-        ),
-        (
-            "time of a later frame, pruned ÷ unpruned",
-            at_most(1),
-            {"scene": later},
-            ratio(frame_us(pruned), later_us(unpruned)),
-            "frame",
-        ),
-        (
-            "time to set up a frame, pruned ÷ unpruned",
-            at_most(1),
-            {},
-            ratio(set_up_us(pruned), set_up_us(unpruned)),
-            "frame",
-        ),
-        (
-            "memory of a first frame, pruned ÷ unpruned",
-            at_most(1),
-            {},
-            ratio(pruned.values("peak_bytes"), unpruned.values("peak_bytes")),
-            "field",
-        ),
-        (
-            "FLIP to unpruned without noise",
-            at_most(EQUAL_ERROR),
-            {},
-            one_sided_mean(errors(pruned)),
-            "field",
-        ),
-    ]
-    return [
-        claim(estimand, bound, {**told, **more}, found, unit=unit, source="§4.1, §4.2")
-        for estimand, bound, more, found, unit in rows
-    ]
+def _size_claims(kind: str, objects: float, pruned: Point, unpruned: Point) -> Iterator[Claim]:
+    of: dict[str, str | float] = {"kind": kind, "objects": objects}
+    later = {**of, "scene": "unpruned built once" if kind in STILL else "both rebuilt per frame"}
+    made = partial(claim, source="§4.1, §4.2")
+    trace = ratio(_stage_us(pruned, "trace"), _stage_us(unpruned, "trace"))
+    yield made("time to trace, pruned ÷ unpruned", within(1, 0.25), of, trace, unit="frame")
+    frame = ratio(_frame_us(pruned), later_us(unpruned))
+    yield made("time of a later frame, pruned ÷ unpruned", at_most(1), later, frame, unit="frame")
+    set_up = ratio(_set_up_us(pruned), _set_up_us(unpruned))
+    yield made("time to set up a frame, pruned ÷ unpruned", at_most(1), of, set_up, unit="frame")
+    held = ratio(pruned.values("peak_bytes"), unpruned.values("peak_bytes"))
+    yield made("memory of a first frame, pruned ÷ unpruned", at_most(1), of, held, unit="field")
+    wrong, bound = one_sided_mean(errors(pruned)), at_most(EQUAL_ERROR)
+    yield made("FLIP to unpruned without noise", bound, of, wrong, unit="field")
 
 
 def ratio(pruned: Reals, unpruned: Reals) -> Estimate:
@@ -208,17 +141,17 @@ def ratio(pruned: Reals, unpruned: Reals) -> Estimate:
     return two_sided_factor(np.maximum(pruned, 1) / np.maximum(unpruned, 1))
 
 
-def stage_us(point: Point, stage: str) -> Reals:
+def _stage_us(point: Point, stage: str) -> Reals:
     """Return the time of a stage of every frame, (frames,) [µs]."""
     return point.values("us", stage=stage)
 
 
-def set_up_us(point: Point) -> Reals:
+def _set_up_us(point: Point) -> Reals:
     """Return the time of every frame before its trace, (frames,) [µs]."""
-    return np.asarray(np.sum([stage_us(point, stage) for stage in SET_UP], axis=0))
+    return np.asarray(np.sum([_stage_us(point, stage) for stage in SET_UP], axis=0))
 
 
-def frame_us(point: Point) -> Reals:
+def _frame_us(point: Point) -> Reals:
     """Return the time of every frame, all stages that were timed, (frames,) [µs]."""
     timed = [each.values for each in point.samples if each.keys.get("stage") in STAGES]
     return np.asarray(np.sum(timed, axis=0), np.float64)
@@ -230,54 +163,28 @@ def later_us(point: Point) -> Reals:
     That is so of an unpruned scene. What a walking eye has pruned changes with every step.
     """
     still = point.case["kind"] in STILL and point.case["side"] == "whole"
-    return stage_us(point, "trace") if still else frame_us(point)
+    return _stage_us(point, "trace") if still else _frame_us(point)
 
 
-def _world_claims(points: Sequence[Point]) -> list[Claim]:
-    """Claim that pruned worlds beyond the limit are one frame, and what unpruned ones cost."""
+def _world_claims(points: Sequence[Point]) -> Iterator[Claim]:
     beyond, unpruned = beyond_limit(points), where(points, metric="full")
     largest, last = unpruned[-1], beyond[-1]
+    of, made = {"preset": WORLD}, partial(claim, unit="round", source="§4.1")
+    pruned = {**of, "side of the world": f"beyond {BEYOND:g} limit distances"}
+    check = partial(made, condition=pruned, kind="verification")
     same = exactly(float(len({p.case["scene"] for p in beyond})), len(beyond))
+    yield check("different frames", equals(1), estimate=same, unit=EXACT)
     rounds = np.array([seconds(p) for p in beyond])
     objects = np.repeat([float(p.case["objects"]) for p in beyond], rounds.shape[1])
     flat = fit_exponent(objects, (rounds / rounds.mean(axis=0)).ravel())
+    yield check("exponent of time against objects", within(0, 0.01), estimate=flat)
+    growth, whole = fit_exponent(*added_by_parts(unpruned)), {**of, "pruning": "unpruned"}
+    estimand = "exponent of added time against added parts"
+    yield made(estimand, within(1, 0.1), whole, growth)
+    ends = f"{largest.case['objects']:.0e} unpruned, {last.case['objects']:.0e} pruned"
     saved = two_sided_median(seconds(largest) / float(np.median(seconds(last))))
-    told, source = {"preset": WORLD}, "§4.1"
-    pruned = {**told, "side of the world": f"beyond {BEYOND:g} limit distances"}
-    compared = {
-        **told,
-        "objects": f"{largest.case['objects']:.0e} unpruned, {last.case['objects']:.0e} pruned",
-    }
-    kind: Kind = "verification"
-    return [
-        claim("different frames", equals(1), pruned, same, unit="exact", source=source, kind=kind),
-        claim(
-            "exponent of time against objects",
-            within(0, 0.01),
-            pruned,
-            flat,
-            unit="round",
-            source=source,
-            kind=kind,
-        ),
-        claim(
-            "exponent of added time against added parts",
-            within(1, 0.1),
-            {**told, "pruning": "unpruned"},
-            fit_exponent(*added_by_parts(unpruned)),
-            unit="round",
-            source=source,
-        ),
-        claim(
-            "time of a frame, unpruned ÷ pruned",
-            at_least(1),
-            compared,
-            saved,
-            unit="round",
-            source=source,
-            headline=True,
-        ),
-    ]
+    estimand, compared = "time of a frame, unpruned ÷ pruned", {**of, "objects": ends}
+    yield made(estimand, at_least(1), compared, saved, headline=True)
 
 
 def beyond_limit(points: Sequence[Point]) -> list[Point]:
@@ -309,23 +216,18 @@ def added_by_parts(points: Sequence[Point]) -> tuple[np.ndarray, np.ndarray]:
 _LABELS = {"blake": "pruned", "full": "unpruned"}
 
 
-def plots(record: Record) -> tuple[Plot, ...]:
-    """Draw stages of a frame, both sides of larger worlds, and time in any world."""
-    made: list[Plot] = []
+def _cost_plots(record: Record) -> Iterator[Plot]:
     if frames := where(record.points, what="frames"):
-        made.append(_stages_plot(frames[0]))
+        yield _stages_plot(frames[0])
     sizes = where(record.points, what="size")
-    made += [_size_plot(kind, points) for (kind,), points in grouped(sizes, "kind").items()]
-    if worlds := where(record.points, topic="world"):
-        made.append(_time_plot(worlds))
-    return tuple(made)
+    yield from (_size_plot(kind, points) for (kind,), points in grouped(sizes, "kind").items())
 
 
 def _stages_plot(frames: Point) -> Plot:
-    whole = frame_us(frames) / 1e6
+    whole = _frame_us(frames) / 1e6
     x = [float(n + 1) for n in range(len(whole))]
     drawn = [
-        Curve(name, x, (np.maximum(stage_us(frames, stage), 1) / 1e6).tolist())
+        Curve(name, x, (np.maximum(_stage_us(frames, stage), 1) / 1e6).tolist())
         for stage, name in (*STAGES.items(), ("metric", "the metric alone"))
     ]
     words = "; ".join(f"{c.label}: {np.median(c.y):.3g} s" for c in drawn)
@@ -339,12 +241,14 @@ def _stages_plot(frames: Point) -> Plot:
 
 
 def _size_plot(kind: str, points: Sequence[Point]) -> Plot:
-    """Draw set-up and trace of both sides against the objects of a world."""
     drawn = []
     for (side,), row in grouped(points, "side").items():
         label = "unpruned" if side == "whole" else side
         x = [float(p.case["objects"]) for p in row]
-        for name, of_point in (("set-up", set_up_us), ("trace", partial(stage_us, stage="trace"))):
+        for name, of_point in (
+            ("set-up", _set_up_us),
+            ("trace", partial(_stage_us, stage="trace")),
+        ):
             y = [max(float(np.median(of_point(p))), 1.0) / 1e6 for p in row]
             drawn.append(Curve(f"{name}, {label}", x, y))
     words = "; ".join(f"{c.label}: {', '.join(f'{y:.3g}' for y in c.y)} s" for c in drawn)
@@ -357,7 +261,8 @@ def _size_plot(kind: str, points: Sequence[Point]) -> Plot:
     return curves(f"sizes-{kind}", f"Larger worlds: {kind}", caption, axis, drawn)
 
 
-def _time_plot(points: Sequence[Point]) -> Plot:
+def _world_plots(record: Record) -> Iterator[Plot]:
+    points = record.points
     beyond, unpruned = beyond_limit(points), where(points, metric="full")
     models = compare_with_log(*added_by_parts(unpruned))
     parts = np.array([float(p.column("parts")[0]) for p in unpruned])
@@ -371,9 +276,8 @@ def _time_plot(points: Sequence[Point]) -> Plot:
     for metric, label in _LABELS.items():
         row = where(points, metric=metric)
         found = [two_sided_median(seconds(p)) for p in row]
-        y, low, high = ([getattr(f, k) for f in found] for k in ("value", "low", "high"))
         x = [float(p.case["objects"]) for p in row]
-        drawn.append(Curve(label, x, y, low, high, line=lines[metric]))
+        drawn.append(estimated(label, x, found, lines[metric]))
     same = len({p.case["scene"] for p in beyond})
     ends = " ".join(
         f"{c.label}: {c.y[0]:.3g} at {c.x[0]:.0e} objects, {c.y[-1]:.3g} at {c.x[-1]:.0e}."
@@ -387,84 +291,61 @@ def _time_plot(points: Sequence[Point]) -> Plot:
         f"of which {models.words}, x being the parts added."
     )
     axis = "objects in the world", "seconds for a frame"
-    return curves("time", "A frame in ever larger worlds", caption, axis, drawn)
+    yield curves("time", "A frame in ever larger worlds", caption, axis, drawn)
 
 
-def tables(record: Record) -> tuple[tuple[str, Table], ...]:
-    """Return titled tables of the topics that were measured."""
-    of_topic = {
-        "cost": (("Stages, memory and error of each side of every size of world", _size_table),),
-        "speed": (("Compiled walks on one core", speed_table),),
-        "start": (("Commands from the shell", start_table),),
-        "settings": (("Ways to sample, noise × time of the one in use", settings_table),),
-    }
-    topics = {topic: points for (topic,), points in grouped(record.points, "topic").items()}
-    return tuple(
-        (title, table(topics[topic]))
-        for topic, several in of_topic.items()
-        for title, table in several
-        if topic in topics
-    )
-
-
-def _size_table(points: Sequence[Point]) -> Table:
+def _size_tables(record: Record) -> Iterator[tuple[str, Table]]:
     stages = (*SET_UP, "trace")
     heads = ("world", "objects", "side", *(f"{STAGES[stage]} (s)" for stage in stages))
     rows: list[tuple[str, ...]] = []
-    for point in where(points, what="size"):
+    for point in where(record.points, what="size"):
         case, pruned = point.case, point.case["side"] == "pruned"
-        times = (f"{np.median(stage_us(point, stage)) / 1e6:.3f}" for stage in stages)
+        times = (f"{np.median(_stage_us(point, stage)) / 1e6:.3f}" for stage in stages)
         held = f"{np.median(point.values('peak_bytes')) / 1e6:.0f}"
         error = f"{errors(point).mean():.4f}" if pruned else ""
         side = "pruned" if pruned else "unpruned"
         rows.append((case["kind"], f"{case['objects']:g}", side, *times, held, error))
-    return (*heads, "memory (MB)", "FLIP without noise"), rows
+    title = "Stages, memory and error of each side of every size of world"
+    yield title, ((*heads, "memory (MB)", "FLIP without noise"), rows)
 
 
-FIRST_FRAME = "--size", "640x360", "--spp", "16"
-
-
-def cases(topic: str, sizes: Mapping[str, Any]) -> Sequence[Any]:
-    """Return the cases of a topic."""
+def _cost_cases(
+    processes: int,
+    worlds: Mapping[str, Sequence[float]],
+    fields: int,
+    unseen: bool,
+    size: str,
+    spp: int,
+    frames: int,
+    samples: Sequence[int],
+) -> list[Case]:
     variant = choose()
-    if topic == "cost":
-        rest = sizes["size"], sizes["spp"], sizes["frames"], tuple(sizes["samples"]), variant
-        return [
-            *(Process(number, variant) for number in range(sizes["processes"])),
-            *(
-                Size(kind, objects, field, sizes["unseen"], *rest)
-                for kind, several in sizes["worlds"].items()
-                for objects in several
-                for field in range(sizes["fields"])
-            ),
-        ]
-    if topic == "memory":
-        here = [each for each in HELD if works(each.variant) is True]
-        return [*here[: sizes["scenes"]], replace(GROWTH, frames=sizes["frames"])]
-    if topic == "start":
-        frames = [("render", preset, *FIRST_FRAME) for preset in sizes["presets"]]
-        counting = Command(("count", "meadow"), sizes["warm"], sizes["cold"])
-        return [counting, *(replace(counting, words=w, variant=variant) for w in frames)]
-    if topic == "settings":
-        return [Sampling(each, sizes["size"], sizes["pairs"]) for each in sizes["presets"]]
-    return [{"world": AllWorlds, "speed": Walks}[topic](**sizes)]
+    return [
+        *(partial(measure_process, number, variant) for number in range(processes)),
+        *(
+            partial(
+                _measure_size,
+                Size(kind, objects, field, unseen, size, spp, frames, tuple(samples), variant),
+            )
+            for kind, several in worlds.items()
+            for objects in several
+            for field in range(fields)
+        ),
+    ]
 
 
-def measure(case: Any, seed: int) -> list[Point]:
-    """Measure one case of any topic."""
-    found: list[Point] = _MEASURES[type(case)](case, seed)
-    return found
+def _memory_cases(scenes: int, frames: int) -> list[Case]:
+    here = [each for each in HELD if works(each.variant) is True]
+    return [partial(measure_memory, e) for e in (*here[:scenes], replace(GROWTH, frames=frames))]
 
 
-_MEASURES: dict[type, Callable[[Any, int], list[Point]]] = {
-    Process: measure_process,
-    Size: measure_size,
-    AllWorlds: measure_worlds,
-    Held: measure_memory,
-    Walks: measure_walks,
-    Command: measure_command,
-    Sampling: measure_sampling,
-}
+def _start_cases(presets: Sequence[str], warm: int, cold: int) -> list[Case]:
+    frames = (("render", preset, "--size", "640x360", "--spp", "16") for preset in presets)
+    return [
+        partial(measure_command, ("count", "meadow"), warm, cold, None),
+        *(partial(measure_command, words, warm, cold, choose()) for words in frames),
+    ]
+
 
 EXPERIMENT = Experiment(
     name="cost",
@@ -473,6 +354,10 @@ EXPERIMENT = Experiment(
     topics={
         "cost": Topic(
             about="seconds and bytes of a frame, stage by stage; of larger worlds, pruned or not",
+            cases=_cost_cases,
+            claims=_cost_claims,
+            plots=_cost_plots,
+            tables=_size_tables,
             full={
                 "processes": 8,
                 "worlds": {"meadow": [1e3, 1e4, 3e4], "crowd": [1e3, 1e4, 1e5]},
@@ -497,12 +382,17 @@ EXPERIMENT = Experiment(
         ),
         "world": Topic(
             about="one frame in worlds of 10³ to 10¹⁵ objects, and all objects of small ones",
+            cases=lambda repeats: [partial(measure_worlds, repeats)],
+            claims=_world_claims,
+            plots=_world_plots,
             full={"repeats": 31},
             quick={"repeats": 8},
             seconds=(120.0, 40.0),
         ),
         "memory": Topic(
             about="memory of frames in fresh processes, against what the memory model estimates",
+            cases=_memory_cases,
+            claims=memory_claims,
             full={"scenes": len(HELD), "frames": 200},
             quick={"scenes": 1, "frames": 20},
             seconds=(600.0, 60.0),
@@ -510,6 +400,8 @@ EXPERIMENT = Experiment(
         ),
         "speed": Topic(
             about="part tests, objects and sticks a second, against the memory's bandwidth",
+            cases=lambda size, repeats: [partial(measure_walks, size, repeats)],
+            tables=speed_tables,
             full={"size": "1280x720", "repeats": 11},
             quick={"size": "320x180", "repeats": 8},
             seconds=(120.0, 40.0),
@@ -517,6 +409,9 @@ EXPERIMENT = Experiment(
         ),
         "start": Topic(
             about="seconds from the shell to an answer, against imports and the rays of a frame",
+            cases=_start_cases,
+            claims=start_claims,
+            tables=start_tables,
             full={"presets": ["meadow", "forest"], "warm": 9, "cold": 1},
             quick={"presets": [], "warm": 2, "cold": 0},
             seconds=(700.0, 20.0),
@@ -524,17 +419,16 @@ EXPERIMENT = Experiment(
         ),
         "settings": Topic(
             about="noise times rendering time of other samplers, sun weights and path depths",
+            cases=lambda presets, size, pairs: [
+                partial(measure_sampling, preset, size, pairs) for preset in presets
+            ],
+            tables=settings_tables,
             full={"presets": ["meadow", "crowd", "forest"], "size": "160x90", "pairs": 8},
             quick={"presets": ["crowd"], "size": "64x36", "pairs": 2},
             seconds=(1500.0, 60.0),
             apart=True,
         ),
     },
-    cases=cases,
-    measure=measure,
-    claims=claims,
-    plots=plots,
-    tables=tables,
     rendered=True,
     timed=True,
     all_cores=True,

@@ -12,15 +12,14 @@ only: that an insect or a windmill refutes it would agree with the paper.
 """
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass
-from functools import lru_cache
-from typing import Any
+from functools import lru_cache, partial
 
 import numpy as np
 from jaxtyping import Bool, Float64, Int64
 
-from bench.experiment import Experiment, Table, Topic
+from bench.experiment import Case, Experiment, Table, Topic
 from bench.plots import Curve as Drawn
 from bench.plots import Plot, curves
 from bench.posing import posing_times
@@ -90,42 +89,17 @@ class Curve:
         return np.geomspace(near, self.limits[0], count + 1)[:-1]
 
 
-@dataclass(frozen=True)
-class Approach:
-    """A curve that is counted, the number of its poses, and of its distances."""
-
-    curve: Curve
-    poses: int
-    distances: int
-
-
-@dataclass(frozen=True)
-class Sizes:
-    """A kind of object whose parts' sizes are listed."""
-
-    kind: str
-
-
-@dataclass(frozen=True)
-class PosingTask:
-    """What is posed, the number of poses in each repeat, and the number of repeats."""
-
-    task: str
-    poses: int
-    repeats: int
-
-
 def cases(
-    topic: str, sizes: Mapping[str, Any], metric: str | None = None
-) -> list[Approach | Sizes | PosingTask]:
+    poses: int, distances: int, repeats: int, posed: int, metric: str | None = None
+) -> list[Case]:
     """Return every curve, the sizes of all parts of every kind, and posing in two ways."""
     metrics = (*METRICS, *([metric] if metric else []))
     every = [Curve(kind, each, DETAIL_PX) for kind in EVERYTHING for each in metrics]
     every += [Curve(PERSON, each, EXAGGERATED_PX) for each in metrics]
     return [
-        *(Approach(curve, sizes["poses"], sizes["distances"]) for curve in every),
-        *(Sizes(kind) for kind in EVERYTHING),
-        *(PosingTask(task, sizes["posed"], sizes["repeats"]) for task in POINTS_PER_JOINT),
+        *(partial(measure_curve, curve, poses, distances) for curve in every),
+        *(partial(_measure_sizes, kind) for kind in EVERYTHING),
+        *(partial(_measure_posing, task, posed, repeats) for task in POINTS_PER_JOINT),
     ]
 
 
@@ -145,30 +119,31 @@ def shapes_digest(kind: str) -> str:
     return scene_digest(kind, arrays)
 
 
-def measure(case: Approach | Sizes | PosingTask, seed: int) -> Point | list[Point]:
-    """Count a curve, a point a distance; list sizes; or time both ways of posing."""
-    named: dict[str, Any] = {"topic": "figure"}
-    if isinstance(case, Sizes):
-        tree = object_of(case.kind).hierarchy
-        P_um = np.rint(tree.P * UM_PER_M).astype(np.int64).tolist()
-        found = {"level": tree.level.tolist(), "whole": tree.parent.tolist(), "P_um": P_um}
-        named |= {"what": SIZED, "kind": case.kind}
-        return Point(named, samples=columns(found), scene=shapes_digest(case.kind))
-    if isinstance(case, PosingTask):
-        rig, points = object_of(PERSON).rig, POINTS_PER_JOINT[case.task]
-        apart, times = posing_times(rig, case.poses, points, case.repeats, seed)
-        named |= {"what": POSED, "task": case.task, "poses": case.poses, "joints": len(rig)}
-        named |= {"points": len(rig) * points, "apart_m": apart}
-        return Point(named, samples=columns(times), scene=shapes_digest(PERSON))
-    curve = case.curve
-    distances = curve.distances(case.distances)
-    named |= {"what": COUNTED, **asdict(curve)}
+def _measure_sizes(kind: str, seed: int) -> Point:
+    tree = object_of(kind).hierarchy
+    P_um = np.rint(tree.P * UM_PER_M).astype(np.int64).tolist()
+    found = {"level": tree.level.tolist(), "whole": tree.parent.tolist(), "P_um": P_um}
+    named = {"topic": "figure", "what": SIZED, "kind": kind}
+    return Point(named, samples=columns(found), scene=shapes_digest(kind))
+
+
+def _measure_posing(task: str, poses: int, repeats: int, seed: int) -> Point:
+    rig, points = object_of(PERSON).rig, POINTS_PER_JOINT[task]
+    apart, times = posing_times(rig, poses, points, repeats, seed)
+    named = {"topic": "figure", "what": POSED, "task": task, "poses": poses, "joints": len(rig)}
+    named |= {"points": len(rig) * points, "apart_m": apart}
+    return Point(named, samples=columns(times), scene=shapes_digest(PERSON))
+
+
+def measure_curve(curve: Curve, poses: int, distances: int, seed: int) -> list[Point]:
+    """Count a curve in so many poses, a point a distance."""
+    grid, scene = curve.distances(distances), shapes_digest(curve.kind)
+    named = {"topic": "figure", "what": COUNTED, **asdict(curve)}
     named |= {"parts": len(object_of(curve.kind).hierarchy), "fits": curve.fits}
-    counts = displayed_parts(curve, looked_from(distances, case.poses), seed)
-    scene = shapes_digest(curve.kind)
+    counts = displayed_parts(curve, looked_from(grid, poses), seed)
     return [
         Point({**named, "distance": float(far)}, (), columns({"parts": row.tolist()}), scene)
-        for far, row in zip(distances, counts, strict=True)
+        for far, row in zip(grid, counts, strict=True)
     ]
 
 
@@ -366,24 +341,20 @@ FEW = 0.05
 """The share of parts that may be no smaller than their whole, for "generally smaller"."""
 
 
-def claims(points: tuple[Point, ...]) -> tuple[Claim, ...]:
+def claims(points: Sequence[Point]) -> Iterator[Claim]:
     """Return every claim that these points decide."""
     rng = np.random.Generator(np.random.Philox(np.random.SeedSequence((0, 0xB007))))
-    made = []
     for curve in counted(points):
         for reading, chosen in curve.readings().items():
-            found = exponent(curve.counts, curve.distances, chosen, rng)
             first = (curve.kind, curve.metric, curve.detail) == (PERSON, "blake", DETAIL_PX)
-            made.append(
-                claim(
-                    "exponent of parts displayed against distance",
-                    within(SQUARE_ROOT, NEARLY),
-                    curve.condition(reading),
-                    found,
-                    unit="pose",
-                    source="§4",
-                    headline=first and reading in ("visible", "1 < parts < all"),
-                )
+            yield claim(
+                "exponent of parts displayed against distance",
+                within(SQUARE_ROOT, NEARLY),
+                curve.condition(reading),
+                exponent(curve.counts, curve.distances, chosen, rng),
+                unit="pose",
+                source="§4",
+                headline=first and reading in ("visible", "1 < parts < all"),
             )
     for kind, table in sized(points).items():
         level, whole, size = table["level"], table["whole"], table["P_um"]
@@ -391,19 +362,17 @@ def claims(points: tuple[Point, ...]) -> tuple[Claim, ...]:
         keys = np.stack((level, size, size[whole]), axis=1)
         alike = np.unique(keys, axis=0, return_inverse=True)[1].ravel()
         found = rank_correlation(level, size, alike, rng)
-        name, thing = "rank correlation of P with level", {"object": kind}
-        made.append(
-            claim(name, at_most(0), thing, found, unit="group of like parts", source="§2.3")
-        )
+        of, shrinks = {"object": kind}, partial(claim, source="§2.3")
+        name = "rank correlation of P with level"
+        yield shrinks(name, at_most(0), of, found, unit="group of like parts")
         name = "share of parts no smaller than their whole"
         share = exactly(no_smaller(whole, size), len(whole) - 1)
-        made.append(claim(name, at_most(FEW), thing, share, unit=EXACT, source="§2.3"))
+        yield shrinks(name, at_most(FEW), of, share, unit=EXACT)
     for point in where(points, what=POSED):
         ratios = point.values("quaternions_ns") / point.values("matrices_ns")
         told = {"object": PERSON, "task": point.case["task"].replace("_", " ")}
         name, found = "processor time, quaternions ÷ matrices", two_sided_median(ratios)
-        made.append(claim(name, at_most(1), told, found, unit="repeat", source="§3.3"))
-    return tuple(made)
+        yield claim(name, at_most(1), told, found, unit="repeat", source="§3.3")
 
 
 def no_smaller(whole: np.ndarray, size: np.ndarray) -> float:
@@ -508,16 +477,16 @@ EXPERIMENT = Experiment(
     topics={
         "figure": Topic(
             about="parts of one object against distance and level, and what posing it costs",
+            cases=cases,
+            claims=claims,
+            plots=plots,
+            tables=tables,
+            accepts_metric=True,
             full={"poses": 200, "distances": 60, "repeats": 101, "posed": 4000},
             quick={"poses": 40, "distances": 30, "repeats": 21, "posed": 1000},
             seconds=(10.0, 5.0),
         )
     },
-    cases=cases,
-    measure=measure,
-    claims=claims,
-    plots=plots,
-    tables=tables,
     caveats=(
         "One person and one of each kind, as tables made them: intervals are over poses, "
         "directions and places in the grid of distances, not over other people or animals.",
@@ -526,6 +495,5 @@ EXPERIMENT = Experiment(
         "Times are those of one machine, its compiler and these two kernels; they say which "
         "is cheaper here.",
     ),
-    accepts_metric=True,
     order=20,
 )

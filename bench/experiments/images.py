@@ -8,9 +8,9 @@ the pixels that it covers; ``colonnade`` is Leonardo's row of columns.
 """
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 
@@ -18,28 +18,18 @@ from bench.experiment import Experiment, Topic
 from bench.images import colonnade, cover, fields, pixels, shipped, spectrum
 from bench.images.differences import band_name, coverage_ratio, errors, luminance_ratio, same_place
 from bench.images.equal_error import EQUAL_ERROR, GRASS_ERROR, Reached, equal_error
-from bench.plots import Curve, Plot, curves
-from bench.records.claims import (
-    EXACT,
-    UNREPLICATED,
-    Bound,
-    Claim,
-    Kind,
-    at_most,
-    claim,
-    equals,
-    within,
-)
+from bench.plots import Curve, Plot, curves, estimated
+from bench.records.claims import EXACT, UNREPLICATED, Claim, at_most, claim, equals, within
 from bench.records.records import NOTE, Point, Record, grouped, where
 from bench.statistics.estimates import (
     Estimate,
     exactly,
+    one_sided_mean,
     two_sided_mean,
     two_sided_paired_ratio,
     two_sided_quantile,
     two_sided_share,
 )
-from bench.statistics.fits import one_sided_mean
 
 MOST_ERROR = EQUAL_ERROR
 """The FLIP to a reference up to which a picture passes."""
@@ -50,77 +40,41 @@ BAND_MARGIN = 0.02
 CONTROL = 0.002
 """How far from 0 the fit may find the error of a reference against itself."""
 
-_BY_TOPIC = {
-    "fidelity": fields,
-    "fidelity_shipped": shipped,
-    "cover": cover,
-    "spectrum": spectrum,
-    "pixels": pixels,
-    "colonnade": colonnade,
-}
+_claim = partial(claim, source="§2.4")
 
 
-def cases(topic: str, sizes: Mapping, metric: str | None = None) -> Sequence:
-    """Return the cases of a topic; ``metric`` is tried beside the built-in ones where any are."""
-    tried = (metric,) if topic in ("fidelity", "pixels") else ()
-    found: Sequence = _BY_TOPIC[topic].cases(sizes, *tried)
-    return found
-
-
-def measure(case: Any, seed: int) -> Point | list[Point]:
-    """Measure a case by the module of its topic."""
-    found: Point | list[Point] = _BY_TOPIC[case.topic].measure(case, seed)
-    return found
-
-
-def claims(points: tuple[Point, ...]) -> tuple[Claim, ...]:
-    """Return every claim that these points decide, topic by topic."""
-    made: list[Claim] = []
-    for topic, of_topic in _CLAIMS.items():
-        mine = where(points, topic=topic)
-        made += of_topic(mine) if mine else ()
-    return tuple(made)
-
-
-def _fidelity_claims(points: Sequence[Point]) -> Iterable[Claim]:
+def _fidelity_claims(points: Sequence[Point]) -> Iterator[Claim]:
+    of_field = partial(_claim, unit="field")
     for (view,), chosen in grouped(where(points, what="headline"), "view").items():
         ways = {p.case["pruned"]: p for p in chosen}
-        control = errors(ways[fields.NOTHING])
+        control, bound = errors(ways[fields.NOTHING]), within(0, CONTROL)
         if len(control) > 1:
-            yield _row(
-                "FLIP of the reference to itself", within(0, CONTROL), {"view": view}, control
-            )
+            found = two_sided_mean(control)
+            yield of_field("FLIP of the reference to itself", bound, {"view": view}, found)
         for pruned, words in fields.PRUNED.items():
-            if pruned in ways and len(found := errors(ways[pruned])) > 1:
-                where_ = {"view": view, "metric": "blake", "τ": "1 px", "pruned": words}
-                shown = pruned == fields.EVERYTHING and view != "hazy"
-                yield claim(
-                    "FLIP to the reference",
-                    at_most(MOST_ERROR),
-                    where_,
-                    one_sided_mean(found),
-                    unit="field",
-                    source=_DETAIL,
-                    headline=shown,
-                )
+            if pruned in ways and len(wrong := errors(ways[pruned])) > 1:
+                of = {"view": view, "metric": "blake", "τ": "1 px", "pruned": words}
+                shown, found = pruned == fields.EVERYTHING and view != "hazy", one_sided_mean(wrong)
+                bound = at_most(MOST_ERROR)
+                yield of_field("FLIP to the reference", bound, of, found, headline=shown)
         point = ways[fields.EVERYTHING]
         for band in fields.judged_bands(point):
-            where_ = {"view": view, "distance": band_name(fields.EDGES_M, band)}
+            of = {"view": view, "distance": band_name(fields.EDGES_M, band)}
             for estimand, ratio in (
                 ("luminance ratio to the reference", luminance_ratio(point, band)),
                 ("coverage ratio to the reference", coverage_ratio(point, band)),
             ):
-                yield _estimated(estimand, within(1, BAND_MARGIN), where_, ratio)
+                yield of_field(estimand, within(1, BAND_MARGIN), of, ratio)
             if (same := same_place(point, band)) is not None:
-                yield _estimated("FLIP in the same places", at_most(MOST_ERROR), where_, same)
+                yield of_field("FLIP in the same places", at_most(MOST_ERROR), of, same)
     for (view,), chosen in grouped(where(points, what="sweep"), "view").items():
         found_by = _swept(chosen)
         ours = found_by["blake"]
         for other in found_by.values():
             if other is not ours and ours.found and other.found:
                 estimand = f"parts at equal FLIP, blake ÷ {other.metric}"
-                where_ = {"view": view, "FLIP": _compared_at(view)}
-                yield _estimated(estimand, at_most(1), where_, ours.parts_over(other))
+                at = {"view": view, "FLIP": _compared_at(view)}
+                yield of_field(estimand, at_most(1), at, ours.parts_over(other))
 
 
 def _compared_at(view: str) -> float:
@@ -131,151 +85,89 @@ def _swept(points: Sequence[Point]) -> dict[str, Reached]:
     return equal_error(points, errors, _compared_at(points[0].case["view"]))
 
 
-def _shipped_claims(points: Sequence[Point]) -> Iterable[Claim]:
+def _shipped_claims(points: Sequence[Point]) -> Iterator[Claim]:
     control = np.concatenate([errors(p) for p in where(points, pruned=shipped.NOTHING)])
-    yield _row("FLIP of shipped references to themselves", within(0, CONTROL), {}, control, "place")
+    estimand, of_place = "FLIP of shipped references to themselves", partial(_claim, unit="place")
+    yield of_place(estimand, within(0, CONTROL), {}, two_sided_mean(control))
     for point in where(points, step=1.0):
         pruned = point.case["pruned"]
         if pruned == shipped.NOTHING:
             continue
         preset = {"preset": point.case["preset"], "pruned": pruned}
-        yield claim(
-            "FLIP to the fine reference at shipped settings",
-            at_most(MOST_ERROR),
-            preset,
-            one_sided_mean(errors(point)),
-            unit="place",
-            source=_DETAIL,
-            headline=(point.case["preset"], pruned) == ("meadow", shipped.EVERYTHING),
-        )
-        light = shipped.light_ratios(point)
-        yield _row(
-            "luminance ratio of the land at shipped settings",
-            within(1, 0.01),
-            preset,
-            light,
-            "place",
-        )
-        off = sum(each.off for each in shipped.judged_bands(point))
-        yield claim(
-            f"bands of distance whose luminance is off by more than {100 * BAND_MARGIN:g} %",
-            at_most(0),
-            preset,
-            exactly(float(off)),
-            unit=UNREPLICATED,
-            source=_DETAIL,
-        )
+        shown = (point.case["preset"], pruned) == ("meadow", shipped.EVERYTHING)
+        estimand = "FLIP to the fine reference at shipped settings"
+        found, bound = one_sided_mean(errors(point)), at_most(MOST_ERROR)
+        yield of_place(estimand, bound, preset, found, headline=shown)
+        light = two_sided_mean(shipped.light_ratios(point))
+        estimand = "luminance ratio of the land at shipped settings"
+        yield of_place(estimand, within(1, 0.01), preset, light)
+        off = exactly(float(shipped.bands_off(point)))
+        estimand = f"bands of distance whose luminance is off by more than {100 * BAND_MARGIN:g} %"
+        yield _claim(estimand, at_most(0), preset, off, unit=UNREPLICATED)
 
 
-def _cover_claims(points: Sequence[Point]) -> Iterable[Claim]:
+def _cover_claims(points: Sequence[Point]) -> Iterator[Claim]:
     for point in where(points, cover=True):
         case, edges = point.case, cover.LOOKS[point.case["look"]].edges_m
         air = "air of the preset" if case["air"] == "preset" else "clear air"
         for band in range(len(edges) - 1):
-            where_ = {"look": case["look"], "air": air, "τ": f"{case['detail']:g} px"}
-            where_["distance"] = band_name(edges, band)
+            of = {"look": case["look"], "air": air, "τ": f"{case['detail']:g} px"}
+            of["distance"] = band_name(edges, band)
             found = {"luminance ratio to the unpruned scene": cover.tone(point, band)}
             if case["air"] == "preset":
                 without = cover.tone(point, band, "land")
                 found["luminance ratio to the unpruned scene, without airlight"] = without
             found["coverage ratio to the unpruned scene"] = cover.coverage(point, band)
             for estimand, estimate in found.items():
-                yield _estimated(estimand, within(1, BAND_MARGIN), where_, estimate)
+                yield _claim(estimand, within(1, BAND_MARGIN), of, estimate, unit="field")
 
 
-def _spectrum_claims(points: Sequence[Point]) -> Iterable[Claim]:
+def _spectrum_claims(points: Sequence[Point]) -> Iterator[Claim]:
+    of_direction = partial(claim, unit="direction", source="§2.1, §2.2")
     for point in points:
-        where_ = {"τ": f"{point.case['detail']:g} px"}
+        of, bound = {"τ": f"{point.case['detail']:g} px"}, at_most(0.1)
         below, above = (spectrum.power(point, "lost", each) for each in (False, True))
-        yield claim(
-            "share of the removed power below the cut-off 1/(2τ)",
-            at_most(0.1),
-            where_,
-            two_sided_share(below, below + above),
-            unit="direction",
-            source=_FILTER,
-        )
+        estimand = "share of the removed power below the cut-off 1/(2τ)"
+        yield of_direction(estimand, bound, of, two_sided_share(below, below + above))
         left = (spectrum.power(point, each, True) for each in ("pruned", "whole"))
-        yield claim(
-            "power above the cut-off 1/(2τ), pruned ÷ unpruned",
-            at_most(0.1),
-            where_,
-            two_sided_paired_ratio(*left),
-            unit="direction",
-            source=_FILTER,
-        )
+        estimand = "power above the cut-off 1/(2τ), pruned ÷ unpruned"
+        yield of_direction(estimand, bound, of, two_sided_paired_ratio(*left))
 
 
-def _pixel_claims(points: Sequence[Point]) -> Iterable[Claim]:
+def _pixel_claims(points: Sequence[Point]) -> Iterator[Claim]:
     for point in points:
         case = point.case
-        yield claim(
-            "95th percentile of parts ÷ pixels covered",
-            at_most(pixels.MOST),
-            {"species": case["species"], "metric": case["metric"], "τ": f"{case['detail']:g} px"},
-            two_sided_quantile(pixels.ratios(point), 0.95),
-            unit="object",
-            source="§4.1",
-        )
+        of = {"species": case["species"], "metric": case["metric"], "τ": f"{case['detail']:g} px"}
+        found = two_sided_quantile(pixels.ratios(point), 0.95)
+        estimand, bound = "95th percentile of parts ÷ pixels covered", at_most(pixels.MOST)
+        yield claim(estimand, bound, of, found, unit="object", source="§4.1")
 
 
-def _colonnade_claims(points: Sequence[Point]) -> Iterable[Claim]:
-    blake, depth = (
-        colonnade.columns_of(points, each) for each in (colonnade.BLAKE, colonnade.DEPTH)
+def _colonnade_claims(points: Sequence[Point]) -> Iterator[Claim]:
+    blake, depth, fine_depth = (
+        colonnade.columns_of(points, each)
+        for each in (colonnade.BLAKE, colonnade.DEPTH, ("depth", 3.0))
     )
-
-    def made(
-        estimand: str, bound: Bound, found: Estimate, kind: Kind, headline: bool = False
-    ) -> Claim:
-        unit = EXACT if found.low == found.high else "render"
-        where_ = {"scene": "colonnade"}
-        return claim(
-            estimand, bound, where_, found, unit=unit, source="§2.1", kind=kind, headline=headline
-        )
-
+    of = {"scene": "colonnade"}
+    made = partial(claim, condition=of, unit="render", source="§2.1", alone=EXACT)
+    check = partial(made, kind="verification")
     ends = colonnade.image_width(colonnade.places()[-1]) / colonnade.image_width(0.0)
     wide = colonnade.over_middle(blake, "shaft_mpx")
     narrow = colonnade.over_middle(blake, "solid_angle_usr")
-    fine_depth = colonnade.columns_of(points, ("depth", 3.0))
-    yield made("width of the image, outermost ÷ middle", within(round(ends, 4), 0.07), wide, _CHECK)
-    yield made("solid angle, outermost ÷ middle", at_most(1), narrow, _CHECK)
+    bound = within(round(ends, 4), 0.07)
+    yield check("width of the image, outermost ÷ middle", bound, estimate=wide)
+    yield check("solid angle, outermost ÷ middle", at_most(1), estimate=narrow)
     side, level = (exactly(colonnade.parts_over_middle(row)) for row in (blake, fine_depth))
-    yield made("parts by blake, outermost ÷ middle", at_most(0.9), side, "measurement")
-    yield made("parts by depth, outermost ÷ middle", equals(1), level, _CHECK)
+    yield made("parts by blake, outermost ÷ middle", at_most(0.9), estimate=side)
+    yield check("parts by depth, outermost ÷ middle", equals(1), estimate=level)
     budget = exactly(colonnade.parts_in(blake) / colonnade.parts_in(depth))
-    yield made(
-        "parts of all columns, blake at 8 px ÷ depth at 12 px", within(1, 0.1), budget, _CHECK
-    )
+    estimand = "parts of all columns, blake at 8 px ÷ depth at 12 px"
+    yield check(estimand, within(1, 0.1), estimate=budget)
     for weight, words in (("eye", "solid angle"), ("image", "image area")):
         ratios = colonnade.mean_error(blake, weight) / colonnade.mean_error(depth, weight)
         estimand = f"luminance error weighted by {words}, blake at 8 px ÷ depth at 12 px"
         found = two_sided_mean(ratios)
-        yield made(estimand, at_most(1), found, "measurement", headline=weight == "eye")
-
-
-_CHECK: Kind = "verification"
-_DETAIL, _FILTER = "§2.4", "§2.1, §2.2"
-
-_CLAIMS: dict[str, Callable[[Sequence[Point]], Iterable[Claim]]] = {
-    "fidelity": _fidelity_claims,
-    "fidelity_shipped": _shipped_claims,
-    "cover": _cover_claims,
-    "spectrum": _spectrum_claims,
-    "pixels": _pixel_claims,
-    "colonnade": _colonnade_claims,
-}
-
-
-def _row(
-    estimand: str, bound: Bound, where_: Mapping, values: np.ndarray, unit: str = "field"
-) -> Claim:
-    return _estimated(estimand, bound, where_, two_sided_mean(values), unit)
-
-
-def _estimated(
-    estimand: str, bound: Bound, where_: Mapping, found: Estimate, unit: str = "field"
-) -> Claim:
-    return claim(estimand, bound, where_, found, unit=unit, source=_DETAIL)
+        yield made(estimand, at_most(1), estimate=found, headline=weight == "eye")
 
 
 def notes(points: tuple[Point, ...]) -> dict:
@@ -283,32 +175,16 @@ def notes(points: tuple[Point, ...]) -> dict:
     return {NOTE: fields.pictures_of(points)} if where(points, topic="fidelity") else {}
 
 
-def plots(record: Record) -> tuple[Plot, ...]:
-    """Draw every topic that the record holds."""
-    made: list[Plot] = []
-    for topic, draw in _PLOTS.items():
-        mine = where(record.points, topic=topic)
-        made += draw(mine) if mine else ()
-    return tuple(made)
-
-
 _LEAST = 1e-4
 """The value at which an error of 0 or below is drawn: the axis is logarithmic."""
-
-
-def _curve(
-    label: str, x: Sequence[float], found: Sequence[Estimate], least: float = -np.inf
-) -> Curve:
-    y, low, high = ([max(getattr(e, k), least) for e in found] for k in ("value", "low", "high"))
-    return Curve(label, list(x), y, low, high)
 
 
 def _told(drawn: Sequence[Curve]) -> str:
     return "; ".join(f"{c.label}: {', '.join(f'{y:.3f}' for y in c.y)}" for c in drawn)
 
 
-def _fidelity_plots(points: Sequence[Point]) -> Iterable[Plot]:
-    pruned = where(points, what="headline", pruned=fields.EVERYTHING)
+def _fidelity_plots(record: Record) -> Iterator[Plot]:
+    pruned = where(record.points, what="headline", pruned=fields.EVERYTHING)
     kinds: dict[str, Callable[[Point, int], Estimate | None]] = {
         "luminance ratio": luminance_ratio,
         "coverage ratio": coverage_ratio,
@@ -324,8 +200,8 @@ def _fidelity_plots(points: Sequence[Point]) -> Iterable[Plot]:
                 middle = [
                     math.sqrt(max(fields.EDGES_M[b], 5.0) * fields.EDGES_M[b + 1]) for b in found
                 ]
-                least = _LEAST if logarithmic else -np.inf
-                drawn.append(_curve(point.case["view"], middle, list(found.values()), least))
+                least, found_ = _LEAST if logarithmic else -np.inf, list(found.values())
+                drawn.append(estimated(point.case["view"], middle, found_, least=least))
         if drawn:
             caption = (
                 f"All representations pruned by blake at one pixel: {name} by distance, means over "
@@ -335,7 +211,7 @@ def _fidelity_plots(points: Sequence[Point]) -> Iterable[Plot]:
             axes = "distance (m)", name
             title = f"By distance: {name}"
             yield curves(f"fidelity-{_file(name)}", title, caption, axes, drawn, scales)
-    for (view,), swept in grouped(where(points, what="sweep"), "view").items():
+    for (view,), swept in grouped(where(record.points, what="sweep"), "view").items():
         reached = "; ".join(
             f"{each.metric}: {f'τ = {each.detail:.2f}' if each.found else 'not in every field'}"
             for each in _swept(swept).values()
@@ -348,7 +224,7 @@ def _fidelity_plots(points: Sequence[Point]) -> Iterable[Plot]:
                     for p in row
                 }
                 swept_errors = [one_sided_mean(errors(at[x])) for x in sorted(at)]
-                drawn.append(_curve(metric, sorted(at), swept_errors, _LEAST))
+                drawn.append(estimated(metric, sorted(at), swept_errors, least=_LEAST))
             caption = (
                 f"Mean FLIP of the {view} view, noise extrapolated to zero, all but the ground "
                 f"pruned, with one-sided 95 % bounds. It reaches {_compared_at(view)} at {reached}."
@@ -358,13 +234,12 @@ def _fidelity_plots(points: Sequence[Point]) -> Iterable[Plot]:
             yield curves(name, title, caption, (axis, "FLIP"), drawn, ("log", "log"))
 
 
-def _shipped_plots(points: Sequence[Point]) -> Iterable[Plot]:
-    """Draw the ground's error against its triangles, of every preset whose ground stood alone."""
+def _shipped_plots(record: Record) -> Iterator[Plot]:
     drawn = []
-    for (preset,), row in grouped(where(points, pruned=shipped.GROUND), "preset").items():
+    for (preset,), row in grouped(where(record.points, pruned=shipped.GROUND), "preset").items():
         at = {float(p.values("triangles").mean()): p for p in row}
         found = [one_sided_mean(errors(at[x])) for x in sorted(at)]
-        drawn.append(_curve(preset, sorted(at), found, _LEAST))
+        drawn.append(estimated(preset, sorted(at), found, least=_LEAST))
     if drawn:
         x = [value for each in drawn for value in each.x]
         drawn.append(Curve("claimed", [min(x), max(x)], [MOST_ERROR] * 2))
@@ -376,14 +251,15 @@ def _shipped_plots(points: Sequence[Point]) -> Iterable[Plot]:
         yield curves("fidelity-shipped-ground", "Error against triangles", caption, axes, drawn)
 
 
-def _cover_plots(points: Sequence[Point]) -> Iterable[Plot]:
+def _cover_plots(record: Record) -> Iterator[Plot]:
     for look, outlook in cover.LOOKS.items():
         drawn = []
-        for point in where(points, look=look, air="clear"):
+        for point in where(record.points, look=look, air="clear"):
             middles = [math.sqrt(a * b) for a, b in pairwise(outlook.edges_m)]
             found = [cover.tone(point, band) for band in range(len(middles))]
             bare = "" if point.case["cover"] else ", without cover"
-            drawn.append(_curve(f"{point.case['detail']:g} px{bare}", middles, found, 1e-3))
+            label = f"{point.case['detail']:g} px{bare}"
+            drawn.append(estimated(label, middles, found, least=1e-3))
         if drawn:
             caption = (
                 f"Mean luminance of {look} in clear air, pruned ÷ unpruned, by band of distance "
@@ -393,10 +269,10 @@ def _cover_plots(points: Sequence[Point]) -> Iterable[Plot]:
             yield curves(f"cover-{look}", f"Luminance by distance: {look}", caption, axes, drawn)
 
 
-def _spectrum_plots(points: Sequence[Point]) -> Iterable[Plot]:
+def _spectrum_plots(record: Record) -> Iterator[Plot]:
     names = {"whole": "unpruned", "pruned": "pruned", "lost": "difference"}
     middles = [math.sqrt(a * b) for a, b in pairwise(spectrum.EDGES)]
-    for point in points:
+    for point in record.points:
         detail, cutoff = point.case["detail"], point.prediction("cutoff")
         drawn = [
             Curve(label, middles, np.maximum(spectrum.octaves(point, name), 1e-12).tolist())
@@ -413,9 +289,9 @@ def _spectrum_plots(points: Sequence[Point]) -> Iterable[Plot]:
         yield curves(f"spectrum-{detail:g}", title, caption, axes, drawn)
 
 
-def _pixel_plots(points: Sequence[Point]) -> Iterable[Plot]:
+def _pixel_plots(record: Record) -> Iterator[Plot]:
     shares = (0.5, 0.2, 0.1, 0.05, 0.02, 0.01)
-    for (species, detail), row in grouped(points, "species", "detail").items():
+    for (species, detail), row in grouped(record.points, "species", "detail").items():
         drawn = [
             Curve(
                 point.case["metric"],
@@ -438,15 +314,6 @@ def _file(name: str) -> str:
     return name.lower().replace(" ", "-")
 
 
-_PLOTS: dict[str, Callable[[Sequence[Point]], Iterable[Plot]]] = {
-    "fidelity": _fidelity_plots,
-    "fidelity_shipped": _shipped_plots,
-    "cover": _cover_plots,
-    "spectrum": _spectrum_plots,
-    "pixels": _pixel_plots,
-    "colonnade": colonnade.plots,
-}
-
 _SIX_PLACES = (
     *("meadow", "forest", "aerial", "mountain", "badlands"),
     *("crowd", "zoo", "campfire", "playground"),
@@ -460,6 +327,10 @@ EXPERIMENT = Experiment(
     topics={
         "fidelity": Topic(
             about="FLIP, luminance and coverage by distance over fields; metrics at equal FLIP",
+            cases=fields.cases,
+            claims=_fidelity_claims,
+            plots=_fidelity_plots,
+            accepts_metric=True,
             full={
                 "fields": 12,
                 "size": "320x180",
@@ -475,11 +346,8 @@ EXPERIMENT = Experiment(
             quick={
                 "fields": 4,
                 "size": "64x36",
-                "samples": [32, 128],
-                "light_passes": 16,
                 "sweep_fields": 2,
                 "sweep_size": "64x36",
-                "sweep_samples": [32, 128, 32, 128],
                 "details": [0.5, 2.0],
                 "grass_details": [0.0625, 0.5, 4.0],
                 "unseen": False,
@@ -488,6 +356,9 @@ EXPERIMENT = Experiment(
         ),
         "fidelity_shipped": Topic(
             about="every preset at its shipped settings against a far finer reference",
+            cases=shipped.cases,
+            claims=_shipped_claims,
+            plots=_shipped_plots,
             full={
                 "presets": {**dict.fromkeys(_SIX_PLACES, 6), "fly_in": 3},
                 "apart": ["mountain", "badlands", "meadow", "aerial"],
@@ -511,6 +382,9 @@ EXPERIMENT = Experiment(
         ),
         "cover": Topic(
             about="luminance and coverage to 5 km, with and without far cover, against unpruned",
+            cases=cover.cases,
+            claims=_cover_claims,
+            plots=_cover_plots,
             full={
                 "fields": {
                     "aerial": 16,
@@ -529,30 +403,35 @@ EXPERIMENT = Experiment(
         ),
         "spectrum": Topic(
             about="power spectra of pruned and unpruned pictures against the cut-off of m",
+            cases=spectrum.cases,
+            claims=_spectrum_claims,
+            plots=_spectrum_plots,
             full={"directions": 8},
             quick={"directions": 3},
             seconds=(25.0, 12.0),
         ),
         "pixels": Topic(
             about="parts of an object against the pixels that it covers alone",
+            cases=pixels.cases,
+            claims=_pixel_claims,
+            plots=_pixel_plots,
+            accepts_metric=True,
             full={"objects": 1000},
             quick={"objects": 150},
             seconds=(60.0, 15.0),
         ),
         "colonnade": Topic(
             about="Leonardo's columns: solid angle against image size, true distance against depth",
+            cases=colonnade.cases,
+            claims=_colonnade_claims,
+            plots=colonnade.plots,
             full={"seeds": 8},
             quick={"seeds": 3},
             seconds=(120.0, 60.0),
         ),
     },
-    cases=cases,
-    measure=measure,
-    claims=claims,
-    plots=plots,
     notes=notes,
     rendered=True,
-    accepts_metric=True,
     caveats=(
         "Fields of one preset, with its own trees and people, under three suns and no cloud; sun "
         "and treatment are not crossed.",

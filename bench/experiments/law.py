@@ -12,8 +12,9 @@ depend neither on the size of the world nor on the direction; unpruned, it grows
 """
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import asdict
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -35,8 +36,8 @@ from bench.counting import (
 )
 from bench.experiment import Experiment, Topic
 from bench.part_sizes import camera, prototypes_with, seed_of
-from bench.plots import Curve, Plot, against_law, curves
-from bench.records.claims import Claim, at_most, claim, within
+from bench.plots import Curve, Plot, against_law, curves, estimated
+from bench.records.claims import EXACT, Claim, at_most, claim, within
 from bench.records.records import Column, Point, Record, columns, grouped, predictions, where
 from bench.statistics.estimates import (
     TWO_SIDED_TAILS,
@@ -73,65 +74,35 @@ RAY_HEIGHT_M = 1.2
 PRUNED, UNPRUNED = "blake", "full"
 
 
-@dataclass(frozen=True)
-class SampledCase:
-    """A case of ``scaling``, and the rule that says when it has enough fields."""
-
-    case: Case
-    rule: StoppingRule
-
-    @property
-    def label(self) -> str:
-        """The name of the case, in short."""
-        return f"{self.case.species}, {self.case.metric}, {self.case.sweep}"
-
-
-@dataclass(frozen=True)
-class DepthCase:
-    """A side of the world [m], the metric that prunes it, and how many fields are measured."""
-
-    extent: float
-    metric: str
-    fields: int
-
-
-def cases(
-    topic: str, sizes: Mapping[str, Any], metric: str | None = None
-) -> list[SampledCase] | list[DepthCase]:
-    """Return the cases of a topic; an installed metric is tried beside the built-in ones."""
-    if topic == "scaling":
-        return [SampledCase(case, StoppingRule(**sizes)) for case in scaling_grid(metric)]
-    return [DepthCase(e, m, sizes["fields"]) for e in EXTENTS_M for m in (PRUNED, UNPRUNED)]
-
-
-def measure(case: SampledCase | DepthCase, seed: int) -> Point:
-    """Count as many independent fields of a case as its means need, or what rays pierce in it."""
-    if isinstance(case, DepthCase):
-        rows = np.array([pierced_in_field(case, seed, k) for k in range(case.fields)])
-        found = [Column("pierced", rows[:, k].tolist(), {"quadrant": k}) for k in range(QUADRANTS)]
-        named = {"topic": "depth", "extent": case.extent, "metric": case.metric}
-        return Point(named, samples=tuple(found), scene=shapes_digest("figure"))
-    field, rule, law = case.case, case.rule, predict(case.case)
+def measure_scaling(case: Case, rule: StoppingRule, seed: int) -> Point:
+    """Count as many independent fields of a case as its means need."""
+    law = predict(case)
     pairs = (law.objects, law.objects_variance), (law.parts, law.parts_variance)
     needed = max(fields_needed(mean, variance, rule.target) for mean, variance in pairs)
 
     def draw(index: int) -> tuple[int, ...]:
-        return count_field(field, field_seed(field.as_json(), seed, index))
+        return count_field(case, field_seed(asdict(case), seed, index))
 
     # Objects and parts displayed, the first two columns, decide how many fields there are.
     counts = sample(draw, needed, 2, rule)
     samples = dict(zip(COLUMNS, map(list, zip(*counts, strict=True)), strict=True))
-    named = {"topic": "scaling", **field.as_json()}
-    scene = shapes_digest(field.species)
-    return Point(named, predictions(law.as_json()), columns(samples), scene)
+    named, scene = {"topic": "scaling", **asdict(case)}, shapes_digest(case.species)
+    return Point(named, predictions(asdict(law)), columns(samples), scene)
 
 
-def pierced_in_field(case: DepthCase, seed: int, index: int) -> list[int]:
+def _measure_depth(extent: float, metric: str, fields: int, seed: int) -> Point:
+    rows = np.array([pierced_in_field(extent, metric, seed, k) for k in range(fields)])
+    found = [Column("pierced", rows[:, k].tolist(), {"quadrant": k}) for k in range(QUADRANTS)]
+    named = {"topic": "depth", "extent": extent, "metric": metric}
+    return Point(named, samples=tuple(found), scene=shapes_digest("figure"))
+
+
+def pierced_in_field(extent: float, metric: str, seed: int, index: int) -> list[int]:
     """Count the sticks that all rays of each quadrant together pierce, in one field."""
-    view = View(camera(DEPTH_WIDTH_PX), METRICS[case.metric], DEPTH_DETAIL_PX, look_around=True)
+    view = View(camera(DEPTH_WIDTH_PX), METRICS[metric], DEPTH_DETAIL_PX, look_around=True)
     own = seed_of("depth", seed, index)
     species = Species("depth", prototypes_with("figure", None), DEPTH_DENSITY)
-    field = SpeciesField(species, own, FLAT, case.extent)
+    field = SpeciesField(species, own, FLAT, extent)
     cut = prune(field, view)
     shape = field.prototypes.sticks(cut.parts, blend_weights(cut, view))
     eye = np.array((view.camera.eye[0], view.camera.eye[1], RAY_HEIGHT_M))
@@ -150,8 +121,6 @@ FAR = 20.0
 POOLED, SINGLE = 0.005, 0.02
 """How far a ratio may be from 1: of one metric and species over all sweeps, and of one sweep."""
 
-_LAW, _PREFACTOR = "§4.1", "§4.1, prefactor"
-
 
 class Rows(NamedTuple):
     """Fields of some points, one row each: counts, swept values, predictions and dispersion."""
@@ -161,30 +130,21 @@ class Rows(NamedTuple):
     predicted: np.ndarray
     dispersion: np.ndarray
 
-    def against_sweep(self) -> Estimate:
-        """Estimate the exponent of counts against what was swept."""
-        return two_sided_slope(self.counts, self.swept, self.dispersion)
-
-    def against_prediction(self) -> Estimate:
-        """Estimate the exponent of counts against the law's prediction."""
-        return two_sided_slope(self.counts, self.predicted, self.dispersion)
+    def exponent(self, against: str) -> Estimate:
+        """Estimate the exponent of counts against what was ``swept`` or ``predicted``."""
+        return two_sided_slope(self.counts, getattr(self, against), self.dispersion)
 
     def over_prediction(self) -> Estimate:
         """Estimate measured ÷ predicted, one number over all fields."""
         return two_sided_ratio(self.counts, self.predicted, self.dispersion)
 
 
-def case_of(point: Point) -> Case:
-    """Return the case of a point of ``scaling``."""
-    return Case(**{key: value for key, value in point.case.items() if key != "topic"})
-
-
 def swept(point: Point) -> float:
     """Return the quantity that the point's sweep varies; of ``size``, P + R [m]."""
-    case = case_of(point)
+    case = Case(**{key: value for key, value in point.case.items() if key != "topic"})
     if case.sweep == "size":
         return point.prediction("P_plus_R")
-    value = getattr(case, ({**SWEEPS, **BEYOND})[case.sweep].key)
+    value = getattr(case, {**SWEEPS, **BEYOND}[case.sweep].key)
     return math.inf if value is None else float(value)
 
 
@@ -200,8 +160,7 @@ def rows(points: Iterable[Point], what: str, examined: bool = False) -> Rows:
     return Rows(np.concatenate(counts), *np.concatenate(values).T)
 
 
-def by_kind(points: Iterable[Point]) -> dict[tuple[Any, ...], list[Point]]:
-    """Group points of SWEEPS by species and metric, in the order they come."""
+def _by_kind(points: Iterable[Point]) -> dict[tuple[Any, ...], list[Point]]:
     chosen = [point for point in points if point.case.get("sweep") in SWEEPS]
     return grouped(chosen, "species", "metric")
 
@@ -210,7 +169,7 @@ def noise_of(points: Sequence[Point]) -> dict[str, float]:
     """Estimate the variance of fields about their prediction ÷ the variance of the law."""
     return {
         f"{metric}/{species}/{what}": round(rows(chosen, what).over_prediction().scale, 4)
-        for (species, metric), chosen in by_kind(points).items()
+        for (species, metric), chosen in _by_kind(points).items()
         for what in ("objects", "parts")
     }
 
@@ -220,53 +179,41 @@ def beyond(point: Point) -> bool:
     return float(point.case["extent"] or np.inf) > 2 * point.prediction("farthest_limit")
 
 
-def claims(points: tuple[Point, ...]) -> tuple[Claim, ...]:
-    """Return every claim that points of either topic decide."""
-    made: list[Claim] = []
-    for (species, metric), chosen in by_kind(points).items():
-        made += _of_kind({"metric": metric, "species": species}, chosen)
+_claim = partial(claim, unit="field", source="§4.1")
+_check = partial(_claim, kind="verification")
+
+
+def _scaling_claims(points: Sequence[Point]) -> Iterator[Claim]:
+    for (species, metric), chosen in _by_kind(points).items():
+        yield from _of_kind({"metric": metric, "species": species}, chosen)
     for sweep in BEYOND:
         if chosen := where(points, sweep=sweep):
-            made += _beyond_claims(sweep, chosen)
-    if depth := where(points, topic="depth"):
-        made += _depth_claims(depth)
-    return tuple(made)
+            yield from _beyond_claims(sweep, chosen)
 
 
-def _of_kind(kind: dict[str, str], points: list[Point]) -> list[Claim]:
-    """Claim exponents and prefactor of one species and metric, and what is examined for it."""
-    made = []
-
-    def verify(estimand: str, bound: Any, found: Estimate, source: str, **more: str) -> None:
-        told = {**kind, **more}
-        made.append(
-            claim(estimand, bound, told, found, unit="field", source=source, kind="verification")
-        )
-
+def _of_kind(kind: dict[str, str], points: list[Point]) -> Iterator[Claim]:
     for name in SWEEPS if kind["metric"] == PRUNED else ("density",):
         sweep = SWEEPS[name]
         chosen = [p for p in where(points, sweep=name) if _is_claimed(name, p)]
         if len({swept(p) for p in chosen}) > 1:
-            found = rows(chosen, "objects").against_sweep()
+            found = rows(chosen, "objects").exponent("swept")
             estimand = f"exponent of objects displayed against {sweep.symbol}"
-            verify(estimand, within(*sweep.exponent), found, _LAW, sweep=name)
+            yield _check(estimand, within(*sweep.exponent), {**kind, "sweep": name}, found)
     for what in ("objects", "parts"):
-        data = rows(points, what)
+        data, prefactor = rows(points, what), partial(_check, source="§4.1, prefactor")
         estimand = f"exponent of {what} displayed against {what} predicted"
-        verify(estimand, within(1, 0.02), data.against_prediction(), _PREFACTOR)
-        found = data.over_prediction()
-        verify(f"{what} displayed ÷ predicted", within(1, POOLED), found, _PREFACTOR)
+        yield prefactor(estimand, within(1, 0.02), kind, data.exponent("predicted"))
+        estimand = f"{what} displayed ÷ predicted"
+        yield prefactor(estimand, within(1, POOLED), kind, data.over_prediction())
     world = [p for p in where(points, sweep="world") if beyond(p)]
     endless = where(points, extent=None)
     if len(world) > 1:
-        found = rows(world, "objects", examined=True).against_sweep()
-        estimand = "exponent of objects examined against L"
-        made.append(claim(estimand, within(0, 0.005), kind, found, unit="field", source=_LAW))
+        found = rows(world, "objects", examined=True).exponent("swept")
+        yield _claim("exponent of objects examined against L", within(0, 0.005), kind, found)
     for what in ("objects", "parts"):
-        found = rows(endless, what, examined=True).against_prediction()
+        found = rows(endless, what, examined=True).exponent("predicted")
         estimand = f"exponent of {what} examined against {what} displayed"
-        made.append(claim(estimand, at_most(1.02), kind, found, unit="field", source=_LAW))
-    return made
+        yield _claim(estimand, at_most(1.02), kind, found)
 
 
 def _is_claimed(sweep: str, point: Point) -> bool:
@@ -275,33 +222,22 @@ def _is_claimed(sweep: str, point: Point) -> bool:
     return not SWEEPS[sweep].far or point.prediction("nearest_limit") > FAR * EYE_HEIGHT_M
 
 
-def _beyond_claims(sweep: str, points: list[Point]) -> list[Claim]:
-    """Claim the extended model of all cases, and the flat-ground model of both ends."""
-    made: list[tuple[str, dict[str, Any], Estimate, str, bool]] = []
-    scene = {"scene": BEYOND[sweep].title[:1].lower() + BEYOND[sweep].title[1:]}
+def _beyond_claims(sweep: str, points: list[Point]) -> Iterator[Claim]:
+    title = BEYOND[sweep].title
+    scene, bound = {"scene": title[:1].lower() + title[1:]}, within(1, SINGLE)
     for what in ("objects", "parts"):
-        found = rows(points, what).over_prediction()
-        source = "§4.1, with what the case adds"
-        made.append((f"{what} displayed ÷ extended model", scene, found, source, False))
+        found, source = rows(points, what).over_prediction(), "§4.1, with what the case adds"
+        yield _check(f"{what} displayed ÷ extended model", bound, scene, found, source=source)
     for point in (points[0], points[-1]) if len(points) > 1 else ():
         extended = point.prediction("objects") / point.prediction("bare")
-        at = {**scene, BEYOND[sweep].axis: float(f"{swept(point):.3g}")}
-        expected = abs(extended - 1) > SINGLE
-        estimand = "objects displayed ÷ flat-ground model"
-        made.append((estimand, at, over_flat_ground(point), "§4.1, flat ground", expected))
-    return [
-        claim(
-            estimand,
-            within(1, SINGLE),
-            condition,
-            found,
-            unit="field",
-            source=source,
-            kind="verification",
-            violation_expected=expected,
+        yield _check(
+            "objects displayed ÷ flat-ground model",
+            bound,
+            {**scene, BEYOND[sweep].axis: float(f"{swept(point):.3g}")},
+            over_flat_ground(point),
+            source="§4.1, flat ground",
+            violation_expected=abs(extended - 1) > SINGLE,
         )
-        for estimand, condition, found, source, expected in made
-    ]
 
 
 def over_flat_ground(point: Point) -> Estimate:
@@ -312,49 +248,29 @@ def over_flat_ground(point: Point) -> Estimate:
     return Estimate(value, low, high, share * found.standard_error, found.scale, found.rows)
 
 
-def all_pierced(point: Point) -> Reals:
-    """Return the sticks that all rays of each field pierce, (fields,)."""
+def _all_pierced(point: Point) -> Reals:
     return np.sum([point.values("pierced", quadrant=k) for k in range(QUADRANTS)], axis=0)
 
 
-def _depth_claims(points: list[Point]) -> list[Claim]:
-    """Claim growth with the world, pruned and not, and that every quadrant is like all of them."""
+def _depth_claims(points: Sequence[Point]) -> Iterator[Claim]:
     pruned, full = (
         sorted(where(points, metric=m), key=lambda p: p.case["extent"]) for m in (PRUNED, UNPRUNED)
     )
-    counts = np.concatenate([all_pierced(p) for p in full])
-    extent = np.concatenate([np.full(len(all_pierced(p)), p.case["extent"]) for p in full])
-    growth = claim(
-        "exponent of surfaces pierced against side of the world",
-        within(1.0, 0.2),
-        {"pruning": "unpruned"},
-        two_sided_slope(counts, extent),
-        unit="field",
-        source=_LAW,
-    )
+    counts = np.concatenate([_all_pierced(p) for p in full])
+    extent = np.concatenate([np.full(len(_all_pierced(p)), p.case["extent"]) for p in full])
+    estimand, unpruned = "exponent of surfaces pierced against side of the world", "unpruned"
+    growth = two_sided_slope(counts, extent)
+    yield _claim(estimand, within(1.0, 0.2), {"pruning": unpruned}, growth)
     near, far = pruned[-2:]  # the same fields in two windows, both larger than the limit
     sides = f"{far.case['extent']:g} m ÷ {near.case['extent']:g} m"
-    same = two_sided_paired_ratio(all_pierced(far), all_pierced(near))
-    made: list[tuple[str, float, dict[str, Any], Estimate]] = [
-        (f"surfaces pierced, side of the world {sides}", 0.02, {}, same)
-    ]
+    same = two_sided_paired_ratio(_all_pierced(far), _all_pierced(near))
+    of, check = {"pruning": "pruned"}, partial(_check, alone=EXACT)
+    yield check(f"surfaces pierced, side of the world {sides}", within(1.0, 0.02), of, same)
     for k in range(QUADRANTS):
         counts = QUADRANTS * far.values("pierced", quadrant=k)
-        found = two_sided_paired_ratio(counts, all_pierced(far))
+        found = two_sided_paired_ratio(counts, _all_pierced(far))
         estimand = "surfaces pierced ÷ mean of all directions"
-        made.append((estimand, 0.15, {"quadrant": k + 1}, found))
-    return [growth] + [
-        claim(
-            estimand,
-            within(1.0, margin),
-            {"pruning": "pruned", **more},
-            found,
-            unit="exact" if found.low == found.high else "field",
-            source=_LAW,
-            kind="verification",
-        )
-        for estimand, margin, more, found in made
-    ]
+        yield check(estimand, within(1.0, 0.15), {**of, "quadrant": k + 1}, found)
 
 
 def notes(points: tuple[Point, ...]) -> dict[str, Any]:
@@ -375,27 +291,21 @@ def notes(points: tuple[Point, ...]) -> dict[str, Any]:
 _PER_FIELD = "mean number per field"
 
 
-def plots(record: Record) -> tuple[Plot, ...]:
-    """Draw every sweep of the default metric, all metrics against their prediction, and depth."""
-    made: list[Plot] = []
-    kinds, noise = by_kind(record.points), noise_of(record.points)
+def _scaling_plots(record: Record) -> Iterator[Plot]:
+    kinds, noise = _by_kind(record.points), noise_of(record.points)
     for species, metric in kinds:
         for sweep in SWEEPS if metric == PRUNED else ():
             if points := where(record.points, species=species, metric=metric, sweep=sweep):
-                made.append(_sweep_plot(record, species, sweep, points, noise))
+                yield _sweep_plot(record, species, sweep, points, noise)
     for sweep in BEYOND:
         if points := where(record.points, sweep=sweep):
-            made.append(_beyond_plot(sweep, points))
-    if kinds:
-        made += [_law_plot(kinds, what, noise) for what in ("objects", "parts")]
-        made += [_search_plot(kinds, what) for what in ("objects", "parts")]
-    if depth := where(record.points, topic="depth"):
-        made.append(_depth_plot(depth))
-    return tuple(made)
+            yield _beyond_plot(sweep, points)
+    for draw in (partial(_law_plot, noise=noise), _search_plot) if kinds else ():
+        yield from (draw(kinds, what) for what in ("objects", "parts"))
 
 
 def _mean(point: Point, column: str) -> float:
-    return float(np.mean(point.column(column)))
+    return float(point.values(column).mean())
 
 
 def half_interval(point: Point, what: str, noise: Mapping[str, float]) -> float:
@@ -443,11 +353,8 @@ def _sweep_plot(
 
 
 def _law_plot(kinds: Mapping[Any, list[Point]], what: str, noise: Mapping[str, float]) -> Plot:
-    def predicted(point: Point) -> float:
-        return point.prediction(what)
-
     drawn = [
-        _series(f"{metric}, {species}", points, what, predicted, noise)
+        _series(f"{metric}, {species}", points, what, lambda p: p.prediction(what), noise)
         for (species, metric), points in kinds.items()
     ]
     caption = (
@@ -501,20 +408,19 @@ def _beyond_plot(sweep: str, points: list[Point]) -> Plot:
     return against_law(f"beyond-{sweep}", BEYOND[sweep].title, caption, axis, drawn)
 
 
-def _depth_plot(points: list[Point]) -> Plot:
+def _depth_plots(record: Record) -> Iterator[Plot]:
     drawn = []
     for metric, label in ((PRUNED, "pruned"), (UNPRUNED, "unpruned")):
-        row = where(points, metric=metric)
-        found = [two_sided_mean(all_pierced(p) / (QUADRANTS * RAYS)) for p in row]
-        y, low, high = ([max(getattr(e, k), 1e-3) for e in found] for k in ("value", "low", "high"))
-        drawn.append(Curve(label, [p.case["extent"] for p in row], y, low, high))
+        row = where(record.points, metric=metric)
+        found = [two_sided_mean(_all_pierced(p) / (QUADRANTS * RAYS)) for p in row]
+        drawn.append(estimated(label, [p.case["extent"] for p in row], found, least=1e-3))
     ends = "; ".join(f"{c.label} {c.y[0]:.2f} to {c.y[-1]:.2f}" for c in drawn)
     caption = (
         f"Surfaces that a level ray pierces, against the side of the world: {ends}. The eye is in "
         "the middle."
     )
     axis = "side of the world (m)", "surfaces pierced by a ray"
-    return curves("depth", "Depth complexity", caption, axis, drawn)
+    yield curves("depth", "Depth complexity", caption, axis, drawn)
 
 
 EXPERIMENT = Experiment(
@@ -527,21 +433,31 @@ EXPERIMENT = Experiment(
     topics={
         "scaling": Topic(
             about="objects and parts against K(P+R)²/m², prefactor and all; and where that breaks",
+            cases=lambda metric, **rule: [
+                partial(measure_scaling, case, StoppingRule(**rule))
+                for case in scaling_grid(metric)
+            ],
+            claims=_scaling_claims,
+            plots=_scaling_plots,
+            accepts_metric=True,
             full={"target": 0.005, "least": 4, "most": 20_000},
             quick={"target": 0.01, "least": 2, "most": 4_000},
             seconds=(400.0, 110.0),
         ),
         "depth": Topic(
             about="surfaces pierced by a ray to the limit, pruned and unpruned",
+            cases=lambda fields: [
+                partial(_measure_depth, extent, metric, fields)
+                for extent in EXTENTS_M
+                for metric in (PRUNED, UNPRUNED)
+            ],
+            claims=_depth_claims,
+            plots=_depth_plots,
             full={"fields": 400},
             quick={"fields": 60},
             seconds=(35.0, 16.0),
         ),
     },
-    cases=cases,
-    measure=measure,
-    claims=claims,
-    plots=plots,
     notes=notes,
     caveats=(
         "An eye that looks all round; a field of view has predictions of its own (`lodbench "
@@ -552,6 +468,5 @@ EXPERIMENT = Experiment(
         "Depth complexity is of people on flat ground, by level rays at the height of chests; "
         "every stick is a surface, and a level ray never meets the ground.",
     ),
-    accepts_metric=True,
     order=10,
 )

@@ -18,15 +18,14 @@ Where ColorVideoVDP is here, it judges the sequences too.
 """
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
 from typing import Any
 
 import numpy as np
 
 from bench.children import run_in_child
-from bench.experiment import Experiment, Table, Topic
+from bench.experiment import Case, Experiment, Table, Topic
 from bench.frame_costs import Picture
 from bench.images.differences import (
     BAND_EDGES_M,
@@ -55,7 +54,7 @@ from bench.methods.method import Method
 from bench.methods.runner import STAGES, Runner, Window, make_one_frame
 from bench.methods.video import just_objectionable_differences
 from bench.plots import Curve, Plot, curves
-from bench.records.claims import Claim, at_most, claim
+from bench.records.claims import EXACT, Claim, at_most, claim
 from bench.records.records import Column, Point, Record, grouped, where
 from bench.statistics.estimates import two_sided_factor
 from scenes.frame.layers import SKY_Z, Layers
@@ -97,57 +96,31 @@ def _each(
     return [[kind, objects, fields, list(few)] for objects in sizes for kind in kinds]
 
 
-@dataclass(frozen=True)
-class Walk:
-    """A sequence of ``frames`` frames through a window, in which motion is looked at."""
-
-    window: Window
-    frames: int
-
-    @property
-    def label(self) -> str:
-        """The name of the case, in short."""
-        return f"{self.frames} frames of {self.window.label}"
-
-
-@dataclass(frozen=True)
-class OtherRenderer:
-    """A window that Cycles renders, too: unpruned, and cut by the metric."""
-
-    window: Window
-
-    @property
-    def label(self) -> str:
-        """The name of the case, in short."""
-        return f"Cycles, {self.window.label}"
-
-
-Case = Window | Walk | OtherRenderer
-
-
-def cases(topic: str, sizes: Mapping[str, Any]) -> list[Case]:
+def cases(
+    worlds: Sequence[tuple[str, float, int, Sequence[str]]],
+    walk: tuple[str, float, str, int],
+    cycles: Sequence[Sequence[object]],
+    size: str,
+    spp: int,
+    **common: int,
+) -> list[Case]:
     """Return every field of every world, the walk, and what Cycles renders if it is here."""
     variant = choose()
-    common = {name: sizes[name] for name in ("pairs", "repeats", "weighed")}
-    picture = Picture(sizes["size"], sizes["spp"])
     windows = [
-        Window(kind, objects, field, picture, variant=variant, tried=tuple(few), **common)
-        for kind, objects, fields, few in sizes["worlds"]
+        Window(
+            kind, objects, field, Picture(size, spp), variant=variant, tried=tuple(few), **common
+        )
+        for kind, objects, fields, few in worlds
         for field in range(fields)
     ]
-    kind, objects, size, frames = sizes["walk"]
-    walk = Walk(Window(kind, objects, 0, Picture(size, sizes["spp"]), 2, 1, variant), frames)
-    others = [OtherRenderer(w) for w in windows if [w.kind, w.objects] in sizes["cycles"]]
-    return [*windows, walk, *(others if CYCLES.python() else [])]
-
-
-def measure(case: Case, seed: int) -> list[Point]:
-    """Measure a window, a walk, or a window in Cycles."""
-    if isinstance(case, Walk):
-        return measure_walk(case, seed)
-    if isinstance(case, OtherRenderer):
-        return measure_cycles(case.window, seed)
-    return measure_window(case, seed)
+    kind, objects, walk_size, frames = walk
+    window = Window(kind, objects, 0, Picture(walk_size, spp), 2, 1, variant)
+    others = [w for w in windows if [w.kind, w.objects] in cycles and CYCLES.python()]
+    return [
+        *(partial(measure_window, each) for each in windows),
+        partial(measure_walk, window, frames),
+        *(partial(measure_cycles, each) for each in others),
+    ]
 
 
 def measure_window(case: Window, seed: int) -> list[Point]:
@@ -166,7 +139,9 @@ def measure_window(case: Window, seed: int) -> list[Point]:
                 named = {"topic": "rivals", **where, "arm": name, "setting": setting}
                 too_large.append(Point(named, samples=(Column("foretold_bytes", [needed]),)))
     if "full" in tried:
-        reference, pictures = _reference(tried["full"][0], case)
+        tried["full"][0].frame(1, case.variant)
+        rendered = [tried["full"][0].picture(seed) for seed in range(2 * case.pairs)]
+        reference, pictures = reference_of(rendered[0::2], rendered[1::2]), rendered[0::2]
         for runner in (each for row in tried.values() for each in row):
             _measure_error(runner, reference, pictures, case)
     timed = {name: next_to_equal_error(row) for name, row in tried.items()}
@@ -187,13 +162,6 @@ def estimated_bytes(method: Method, setting: float, scene: Scene, variant: str) 
     view = scene.view(1)
     found = forecast(scene.world, view, method.widest(view, setting))
     return frame_bytes(found, scene.preset, variant) + round(_KEPT_STICK * found.sticks)
-
-
-def _reference(full: Runner, case: Window) -> tuple[Reference, list[Layers]]:
-    """Render the unpruned window with every seed of every pair."""
-    full.frame(1, case.variant)
-    pictures = [full.picture(seed) for seed in range(2 * case.pairs)]
-    return reference_of(pictures[0::2], pictures[1::2]), pictures[0::2]
 
 
 def _measure_error(runner: Runner, reference: Reference, same: list[Layers], case: Window) -> None:
@@ -249,27 +217,27 @@ def peak_bytes(runner: Runner, case: Window, seed: int) -> int:
     return run_in_child(make_one_frame, *words, variant=case.variant).peak_bytes
 
 
-def measure_walk(case: Walk, seed: int) -> list[Point]:
-    """Measure every method over one sequence."""
-    window, scene = case.window, case.window.scene(seed)
+def measure_walk(window: Window, frames: int, seed: int) -> list[Point]:
+    """Measure every method over one sequence of frames, in which motion is looked at."""
+    scene = window.scene(seed)
     found = {name: method for name, method in methods().items() if name not in LEFT_OUT}
-    unpruned = _frames(Runner(found.pop("full"), 0.0, scene), case)
+    unpruned = _frames(Runner(found.pop("full"), 0.0, scene), window, frames)
     exposure = auto_exposure(unpruned[0])
 
-    def displayed(frames: Sequence[np.ndarray]) -> np.ndarray:
-        shown = [to_srgb(each.astype(np.float64), exposure) for each in frames]
+    def displayed(pictures: Sequence[np.ndarray]) -> np.ndarray:
+        shown = [to_srgb(each.astype(np.float64), exposure) for each in pictures]
         return np.stack(shown).astype("f4")
 
     def away(setting: float) -> float:
         """Tell how far the first frame is from equal error, in logarithms; noise is the same."""
-        first = displayed(_frames(Runner(method, setting, scene), replace(case, frames=1)))
+        first = displayed(_frames(Runner(method, setting, scene), window, 1))
         return abs(math.log(max(mean_flip(first[0], reference[0]), 1e-6) / EQUAL_ERROR))
 
     reference = displayed(unpruned)
     walked, judged = [], dict[str, np.ndarray]()
     for method in (*found.values(), CLIPPED):
         runner = Runner(method, min(method.settings, key=away), scene)
-        tested = displayed(_frames(runner, case))
+        tested = displayed(_frames(runner, window, frames))
         runner.columns += changes(tested, reference)
         walked.append(runner)
         if method.name in JUDGED:
@@ -282,10 +250,10 @@ def measure_walk(case: Walk, seed: int) -> list[Point]:
     return [each.point(part="walk", kind=window.kind, objects=window.objects) for each in walked]
 
 
-def _frames(runner: Runner, case: Walk) -> list[np.ndarray]:
+def _frames(runner: Runner, window: Window, frames: int) -> list[np.ndarray]:
     found = []
-    for number in range(1, case.frames + 1):
-        runner.frame(number, case.window.variant)
+    for number in range(1, frames + 1):
+        runner.frame(number, window.variant)
         found.append(runner.picture(0).rgb)
     runner.forget()
     return found
@@ -303,32 +271,21 @@ def changes(tested: np.ndarray, reference: np.ndarray) -> tuple[Column, Column]:
 HEADLINES = ("crowd", 1e5, "time"), ("forest", 1e4, "memory")
 
 
-def claims(points: tuple[Point, ...]) -> tuple[Claim, ...]:
+def claims(points: Sequence[Point]) -> Iterator[Claim]:
     """Claim, for every kind and size of world, that the metric's frame costs no more than others'.
 
     It is compared with the baseline that needs least; fields are the replicates.
     """
-    made = []
+    made = partial(claim, unit="field", source="§4.1, derived: docs/method.md", alone=EXACT)
     for (kind, objects), window in grouped(points, "kind", "objects").items():
         found = at_equal_error(window)
         for cost, (quantity, _, _) in COSTS.items():
-            compared = beside_best_baseline(found, quantity)
-            if compared is None or len(compared[1]) < 2:
-                continue
-            baseline, ratios = compared
-            found_ratio = two_sided_factor(ratios)
-            made.append(
-                claim(
-                    f"{cost} of a frame at equal error, blake ÷ best baseline",
-                    at_most(1),
-                    {"kind": kind, "objects": objects, "baseline": baseline},
-                    found_ratio,
-                    unit="field" if found_ratio.low < found_ratio.high else "exact",
-                    source="§4.1, derived: docs/method.md",
-                    headline=(kind, objects, cost) in HEADLINES,
-                )
-            )
-    return tuple(made)
+            best = beside_best_baseline(found, quantity)
+            if best is not None and len(best[1]) > 1:
+                of = {"kind": kind, "objects": objects, "baseline": best[0]}
+                estimand = f"{cost} of a frame at equal error, blake ÷ best baseline"
+                shown = (kind, objects, cost) in HEADLINES
+                yield made(estimand, at_most(1), of, two_sided_factor(best[1]), headline=shown)
 
 
 # Plots and tables.
@@ -341,9 +298,9 @@ COSTS: dict[str, tuple[str, Callable[[Point], float], str]] = {
 """What is compared: its name at equal error, that of a point, and an axis."""
 
 
-def plots(record: Record) -> tuple[Plot, ...]:
+def plots(record: Record) -> Iterator[Plot]:
     """Draw, for each kind and size of world, the error against time and memory, by method."""
-    drawn = []
+    caption = "Means over fields, settings next to equal error. Nearer to the lower left is better."
     windows = grouped(filter(is_measured, record.points), "kind", "objects")
     for (kind, objects), points in windows.items():
         for cost, (_, of_point, axis) in COSTS.items():
@@ -360,13 +317,8 @@ def plots(record: Record) -> tuple[Plot, ...]:
             if lines:
                 name = f"rivals-{kind.replace(' ', '-')}-{objects:g}-{cost}"
                 title = f"{kind}, {objects:g} objects: error against {cost}"
-                caption = (
-                    "Means over fields, settings next to equal error. Nearer to the lower left is "
-                    "better."
-                )
                 axes = axis, "excess FLIP over the whole picture"
-                drawn.append(curves(name, title, caption, axes, lines))
-    return tuple(drawn)
+                yield curves(name, title, caption, axes, lines)
 
 
 def _summary_table(record: Record) -> Table:
@@ -414,7 +366,6 @@ def _methods_table(record: Record) -> Table:
 def _cost(
     found: dict[str, list[AtEqualError]], points: Sequence[Point], method: str
 ) -> tuple[str, str]:
-    """Tell a method's seconds and megabytes at equal error, or why there are none."""
     if fields := found.get(method):
         reached = all(each.reached for each in fields)
         seconds = f"{np.mean([e.seconds for e in fields]):.2f}" if reached else "never reached"
@@ -533,6 +484,10 @@ EXPERIMENT = Experiment(
     topics={
         "rivals": Topic(
             about="the same frames by other methods of simplification, at equal error",
+            cases=cases,
+            claims=claims,
+            plots=plots,
+            tables=tables,
             full={
                 "worlds": [
                     *_each(("crowd",), (1e5,), 4, _BASELINES),
@@ -559,8 +514,6 @@ EXPERIMENT = Experiment(
                 "walk": ["crowd", 300.0, "160x90", 8],
                 "cycles": [["crowd", 1e3], ["meadow", 1e3]],
                 "size": "160x90",
-                "spp": 16,
-                "pairs": 2,
                 "repeats": 2,
                 "weighed": 1,
             },
@@ -568,11 +521,6 @@ EXPERIMENT = Experiment(
             apart=True,
         ),
     },
-    cases=cases,
-    measure=measure,
-    claims=claims,
-    plots=plots,
-    tables=tables,
     rendered=True,
     timed=True,
     all_cores=True,

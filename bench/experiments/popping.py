@@ -16,27 +16,24 @@ planted clip leaves no more than the unpruned one, its test proves nothing.
 """
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
-from functools import lru_cache
+from collections.abc import Iterator, Mapping, Sequence
+from functools import lru_cache, partial
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 from jaxtyping import Bool
 
 from bench.counting import EYE_HEIGHT_M, FLAT
-from bench.experiment import Experiment, Topic
+from bench.experiment import Case, Experiment, Topic
 from bench.images.shipped import places
 from bench.motion_residual import measure_walk, rows_missing, seen_of
 from bench.part_sizes import density_of, prototypes_with, seed_of
 from bench.plots import Curve, Plot, curves
-from bench.records.claims import UNREPLICATED, Bound, Claim, at_least, at_most, claim, within
+from bench.records.claims import UNREPLICATED, Claim, Kind, at_least, at_most, claim, within
 from bench.records.provenance import scene_digest
 from bench.records.records import Column, Point, Record, columns, grouped, predictions, where
 from bench.seeds import first_seed
 from bench.statistics.estimates import (
-    Estimate,
     two_sided_mean,
     two_sided_paired_ratio,
     two_sided_quantile,
@@ -168,110 +165,46 @@ CLIP_QUANTILE = 0.999
 """Of the residual over those pixels of a frame that the frame before looked at, too."""
 
 
-@dataclass(frozen=True)
-class Switches:
-    """A species whose switches are counted, and the number of fields."""
-
-    species: str
-    fields: int
-
-
-@dataclass(frozen=True)
-class Walks:
-    """The number of walks that are pruned in one way, and the variant that renders them.
-
-    unseen  whether their worlds are those for judging, or may be looked at by anybody
-    """
-
-    way: str
-    walks: int
-    unseen: bool
-    variant: str
+def _popping_cases(fields: int, walks: int, unseen: bool) -> list[Case]:
+    rest = walks, unseen, choose()
+    return [
+        *(partial(_measure_switches, name, fields) for name in SPECIES),
+        *(partial(measure_walks, way, *rest) for way in WALK_WAYS),
+    ]
 
 
-@dataclass(frozen=True)
-class Steps:
-    """Some pairs of frames, from ``first`` and the next on, of a walk in one way."""
-
-    preset: str
-    way: str
-    settings: tuple[str, ...]
-    first: int
-    pairs: int
-    variant: str
-
-    @property
-    def label(self) -> str:
-        """The name of the case, in short."""
-        return f"{self.preset}, {self.way}, frames {self.first} to {self.first + self.pairs}"
-
-
-@dataclass(frozen=True)
-class Clip:
-    """The frames of a clip that are measured in one way, both ends included."""
-
-    clip: str
-    way: str
-    first: int
-    last: int
-    variant: str
-
-
-Case = Switches | Walks | Steps | Clip
-
-
-def cases(topic: str, sizes: Mapping[str, Any]) -> list[Case]:
-    """Return the cases of a topic."""
-    variant = choose()
-    if topic == "popping":
-        switches = [Switches(name, sizes["fields"]) for name in SPECIES]
-        walks = sizes["walks"], sizes["unseen"], variant
-        return [*switches, *(Walks(way, *walks) for way in WALK_WAYS)]
-    if topic == "films":
-        first, last = sizes["frames"]
-        return [
-            Clip(name, way, first, last, variant) for name in sizes["clips"] for way in CLIP_WAYS
-        ]
+def _shipped_cases(
+    presets: Sequence[str], pairs: int, unseen: bool, size: str, spp: int
+) -> list[Case]:
     made: list[Case] = []
-    for preset in sizes["presets"]:
-        place = places(preset, 1, sizes["size"], first_seed(sizes["unseen"]))[0]
-        looks = (*place.settings, f"render.spp={sizes['spp']}", SPEED)
-        for way, more in SHIPPED_WAYS.items():
-            for first in range(1, sizes["pairs"] + 1, AT_ONCE):
-                pairs = min(AT_ONCE, sizes["pairs"] + 1 - first)
-                made.append(Steps(preset, way, (*looks, *more), first, pairs, variant))
+    for preset in presets:
+        place = places(preset, 1, size, first_seed(unseen))[0]
+        looks = (*place.settings, f"render.spp={spp}", SPEED)
+        for way in SHIPPED_WAYS:
+            for first in range(1, pairs + 1, AT_ONCE):
+                some = first, min(AT_ONCE, pairs + 1 - first)
+                made.append(partial(measure_steps, preset, way, looks, *some, choose()))
     return made
 
 
-def measure(case: Case, seed: int) -> Point:
-    """Count switches, or the parts that pop, and measure motion-compensated residuals."""
-    if isinstance(case, Switches):
-        return _measure_switches(case, seed)
-    if isinstance(case, Walks):
-        return _measure_walks(case, seed)
-    return _measure_steps(case) if isinstance(case, Steps) else _measure_clip(case)
-
-
-def view_at_step(step: int) -> View:
-    """Return the view all round after ``step`` steps of the walk."""
+def _view_at_step(step: int) -> View:
     eye = np.array((0.0, step * STEP_M, EYE_HEIGHT_M))
     camera = camera_from_heading(Corner(0, 0), eye, 0.0, 0.0, 60.0, (WIDTH_PX, 360))
     return View(camera, METRICS["blake"], look_around=True)
 
 
-def _measure_switches(case: Switches, seed: int) -> Point:
+def _measure_switches(species: str, fields: int, seed: int) -> Point:
     """Count every field's switches; each has a size and a distance, in thousandths."""
-    species = case.species
-    prototypes, m = prototypes_with(species, None), view_at_step(0).m
+    prototypes, m = prototypes_with(species, None), _view_at_step(0).m
     density = DENSER[species] * density_of(species, m)
     counts, sizes, distances = [], [], []
-    for index in range(case.fields):
+    for index in range(fields):
         own = seed_of(f"popping {species}", seed, index)
         field = SpeciesField(Species("popping", prototypes, density), own, FLAT)
         P = np.concatenate([tree.P for tree in field.prototypes.part_tables.hierarchies])
         count, before = 0, None
         for step in range(FRAMES + 1):
-            view = view_at_step(step)
+            view = _view_at_step(step)
             after = prune(field, view), view
             if before is not None:
                 for here, there in ((before, after), (after, before)):
@@ -286,14 +219,13 @@ def _measure_switches(case: Switches, seed: int) -> Point:
             before = after
         counts.append(count)
     samples = {"switches": counts, "size_mpx": sizes, "distance_mm": distances}
-    mean = FRAMES * expected_switches(prototypes, density, m)
+    mean = FRAMES * _expected_switches(prototypes, density, m)
     named = {"topic": "popping", "what": "switches", "species": species}
     looked_at = scene_digest([STEP_M, FRAMES, density], (tree.hierarchy.P for tree in prototypes))
     return Point(named, predictions({"switches": mean}), columns(samples), looked_at)
 
 
-def expected_switches(prototypes: tuple[Prototype, ...], density: float, m: float) -> float:
-    """Predict the mean number of parts that a step switches, by the law alone (§4.1)."""
+def _expected_switches(prototypes: tuple[Prototype, ...], density: float, m: float) -> float:
     total = 0.0
     for tree in (each.hierarchy for each in prototypes):
         height = EYE_HEIGHT_M - tree.position[:, 2]
@@ -312,35 +244,44 @@ def in_one_only(radius: Reals, step: float) -> Reals:
     return 2 * (math.pi * radius**2 - lens)
 
 
-def _measure_walks(case: Walks, seed: int) -> Point:
+def measure_walks(way: str, walks: int, unseen: bool, variant: str, seed: int) -> Point:
     """Measure several walks in worlds of their own; the residual is in 10⁻⁶ of white."""
     popped: list[int] = []
     changes: dict[float, list[int]] = {}
-    for number in range(case.walks):
-        heading = f"camera.heading={360.0 * number / case.walks - 170.0}"
-        own = f"seed={first_seed(case.unseen, 5) + 20 * seed + number}"
-        preset = load_preset("meadow", (*WALK, *WALK_WAYS[case.way], heading, own))
-        found = measure_walk((Scene(preset),), range(1, _WALK_FRAMES + 1), case.variant)
+    for number in range(walks):
+        heading = f"camera.heading={360.0 * number / walks - 170.0}"
+        own = f"seed={first_seed(unseen, 5) + 20 * seed + number}"
+        preset = load_preset("meadow", (*WALK, *WALK_WAYS[way], heading, own))
+        found = measure_walk((Scene(preset),), range(1, _WALK_FRAMES + 1), variant)
         popped += found.popped.tolist()
         for share, value in zip(QUANTILES, np.quantile(found.switched, QUANTILES), strict=True):
             changes.setdefault(share, []).append(round(1e6 * float(value)))
     changed = (Column("switched", row, {"quantile": q}) for q, row in changes.items())
-    named = {"topic": "popping", "what": "walk", "way": case.way}
-    looked_at = scene_digest([WALK, WALK_WAYS[case.way]])
+    named = {"topic": "popping", "what": "walk", "way": way}
+    looked_at = scene_digest([WALK, WALK_WAYS[way]])
     return Point(named, samples=(Column("popped", popped), *changed), scene=looked_at)
 
 
-def _measure_steps(case: Steps) -> Point:
-    scene = _shipped_scene(case.preset, case.settings)
-    frames = range(case.first, case.first + case.pairs + 1)
-    found = measure_walk((scene,), frames, case.variant, shaded=True)
+def measure_steps(
+    preset: str,
+    way: str,
+    looks: tuple[str, ...],
+    first: int,
+    pairs: int,
+    variant: str,
+    seed: int,
+) -> Point:
+    """Measure pairs of frames, from ``first`` and the next on; the preset has a seed of its own."""
+    scene = _shipped_scene(preset, (*looks, *SHIPPED_WAYS[way]))
+    frames = range(first, first + pairs + 1)
+    found = measure_walk((scene,), frames, variant, shaded=True)
     samples = {
         "frame": [*frames[1:]],
-        "world_seed": [scene.preset.seed] * case.pairs,
+        "world_seed": [scene.preset.seed] * pairs,
         "popped": found.popped.tolist(),
         "changed_ppm": _ppm_by_frame(found.switched, QUANTILES[-1]),
     }
-    named = {"topic": "popping_shipped", "preset": case.preset, "way": case.way}
+    named = {"topic": "popping_shipped", "preset": preset, "way": way}
     looked_at = scene_digest([scene.preset.model_dump(mode="json")])
     return Point(named, samples=columns(samples), scene=looked_at)
 
@@ -365,9 +306,11 @@ def clip_scenes(clip: str, way: str, *settings: str) -> list[Scene]:
     return [scene, *(scene.with_preset(each) for each in others)]
 
 
-def _measure_clip(case: Clip) -> Point:
-    scenes, numbers = clip_scenes(case.clip, case.way), range(case.first, case.last + 1)
-    found = measure_walk(scenes, numbers, case.variant)
+def measure_clip(clip: str, way: str, frames: tuple[int, int], variant: str, seed: int) -> Point:
+    """Measure the frames of a clip in one way, both ends included."""
+    first, last = frames
+    scenes, numbers = clip_scenes(clip, way), range(first, last + 1)
+    found = measure_walk(scenes, numbers, variant)
     cameras = (scenes[0].camera(number) for number in numbers)
     known = np.stack([pixels_seen_before(*both) for both in pairwise(cameras)])
     samples = {
@@ -376,8 +319,8 @@ def _measure_clip(case: Clip) -> Point:
         "residual_ppm": _ppm_by_frame(np.where(known, found.residual, np.nan), CLIP_QUANTILE),
         "changed_ppm": _ppm_by_frame(np.where(known, found.switched, np.nan), CLIP_QUANTILE),
     }
-    named = {"topic": "films", "clip": case.clip, "way": case.way}
-    looked_at = scene_digest([CLIP_WORLD, CLIPS[case.clip], CLIP_WAYS[case.way]])
+    named = {"topic": "films", "clip": clip, "way": way}
+    looked_at = scene_digest([CLIP_WORLD, CLIPS[clip], CLIP_WAYS[way]])
     return Point(named, samples=columns(samples), scene=looked_at)
 
 
@@ -404,64 +347,39 @@ MOST_CHANGE = 0.05
 MOST_RATIO = 1.1
 """Greatest ratio of the residual of a clip to that of the unpruned clip."""
 
-_SOURCE = "§1.2"
+_row = partial(claim, unit="frame", source="§1.2", alone=UNREPLICATED)
 
 
-def claims(points: tuple[Point, ...]) -> tuple[Claim, ...]:
-    """Return every claim that points of any topic decide."""
-    made = [each for point in where(points, what="switches") for each in _of_switches(point)]
+def _popping_claims(points: Sequence[Point]) -> Iterator[Claim]:
+    for point in where(points, what="switches"):
+        counts, of = point.values("switches"), {"species": point.case["species"]}
+        check = partial(_row, kind="verification")
+        found = two_sided_ratio(counts, np.full(len(counts), point.prediction("switches")))
+        estimand = "parts switched per step ÷ predicted"
+        yield check(estimand, within(1, 0.1), of, found, unit="field", source="§4.1")
+        size, at = two_sided_quantile(point.values("size_mpx") / 1000, 0.95), "at the switch"
+        widest, of = "95th percentile of P ÷ (d·θ)", {**of, "when": at}
+        yield check(widest, at_most(1.0), of, size, unit="switch", source="§2.4")
     if walks := {p.case["way"]: p for p in where(points, what="walk")}:
-        made += _of_walks(walks)
-    for (preset,), rows in grouped(where(points, topic="popping_shipped"), "preset").items():
-        made += _of_shipped(preset, {each.case["way"]: each for each in rows})
-    for (clip,), rows in grouped(where(points, topic="films"), "clip").items():
-        made += _of_clip(clip, {each.case["way"]: each for each in rows})
-    return tuple(made)
+        yield from _of_walks(walks)
 
 
-def _row(
-    estimand: str,
-    bound: Bound,
-    condition: dict[str, str],
-    found: Estimate,
-    unit: str,
-    source: str = _SOURCE,
-    **more: Any,
-) -> Claim:
-    """Make a claim; where all values are the same, their spread is not known."""
-    unit = UNREPLICATED if found.low == found.high else unit
-    return claim(estimand, bound, condition, found, unit=unit, source=source, **more)
-
-
-def _of_switches(point: Point) -> list[Claim]:
-    counts, of = point.values("switches"), {"species": point.case["species"]}
-    found = two_sided_ratio(counts, np.full(len(counts), point.prediction("switches")))
-    size = two_sided_quantile(point.values("size_mpx") / 1000, 0.95)
-    estimand, widest = "parts switched per step ÷ predicted", "95th percentile of P ÷ (d·θ)"
-    at_switch = {**of, "when": "at the switch"}
-    return [
-        _row(estimand, within(1, 0.1), of, found, "field", "§4.1", kind="verification"),
-        _row(widest, at_most(1.0), at_switch, size, "switch", "§2.4", kind="verification"),
-    ]
-
-
-def _of_walks(walks: Mapping[str, Point]) -> list[Claim]:
+def _of_walks(walks: Mapping[str, Point]) -> Iterator[Claim]:
     def worst(way: str) -> Reals:
         return walks[way].values("switched", quantile=QUANTILES[-1]) / 1e6
 
-    scene, made = "meadow in a window of 120 m", []
+    scene, of_walk = {"scene": "meadow in a window of 120 m"}, partial(_row, unit="walk")
     for way in ("fading", "clipped"):
         found = two_sided_mean(walks[way].values("popped"))
-        of = {"scene": scene, "pruning": way}
         planted = way == "clipped"  # which is meant to pop, and shows that the test finds it
-        made.append(_row(POPPED, at_most(0), of, found, "frame", violation_expected=planted))
-    found, of = two_sided_mean(worst("unpruned")), {"scene": scene, "pruning": "unpruned"}
-    made.append(_row(RESIDUAL, at_most(0.01), of, found, "walk", kind="verification"))
+        of = {**scene, "pruning": way}
+        yield _row(POPPED, at_most(0), of, found, violation_expected=planted)
+    found, of = two_sided_mean(worst("unpruned")), {**scene, "pruning": "unpruned"}
+    yield of_walk(RESIDUAL, at_most(0.01), of, found, kind="verification")
     found = two_sided_paired_ratio(worst("fading"), worst("clipped"))
     for most, extent in ((1.0, "less than clipping"), (0.5, "less than half of clipping")):
-        of = {"scene": scene, "reduction": extent}
-        made.append(_row(f"{RESIDUAL}, fading ÷ clipped", at_most(most), of, found, "walk"))
-    return made
+        of = {**scene, "reduction": extent}
+        yield of_walk(f"{RESIDUAL}, fading ÷ clipped", at_most(most), of, found)
 
 
 def changes(point: Point, column: str = "changed_ppm") -> Reals:
@@ -469,27 +387,30 @@ def changes(point: Point, column: str = "changed_ppm") -> Reals:
     return point.values(column) / 1e6
 
 
-def _of_shipped(preset: str, ways: Mapping[str, Point]) -> list[Claim]:
-    shipped, of = ways[SHIPPED], {"preset": preset, "pruning": SHIPPED}
-    popped, mean = two_sided_mean(shipped.values("popped")), two_sided_mean(changes(shipped))
-    ratio = two_sided_paired_ratio(changes(shipped), changes(ways[CLIPPED]))
-    return [
-        _row(POPPED, at_most(0), of, popped, "frame"),
-        _row(RESIDUAL, at_most(MOST_CHANGE), of, mean, "frame", headline=True),
-        _row(f"{RESIDUAL}, as shipped ÷ clipped", at_most(0.5), of, ratio, "frame"),
-    ]
+def _shipped_claims(points: Sequence[Point]) -> Iterator[Claim]:
+    for (preset,), rows in grouped(points, "preset").items():
+        ways = {each.case["way"]: each for each in rows}
+        shipped, of = ways[SHIPPED], {"preset": preset, "pruning": SHIPPED}
+        popped, mean = two_sided_mean(shipped.values("popped")), two_sided_mean(changes(shipped))
+        ratio = two_sided_paired_ratio(changes(shipped), changes(ways[CLIPPED]))
+        yield _row(POPPED, at_most(0), of, popped)
+        yield _row(RESIDUAL, at_most(MOST_CHANGE), of, mean, headline=True)
+        yield _row(f"{RESIDUAL}, as shipped ÷ clipped", at_most(0.5), of, ratio)
 
 
-def _of_clip(clip: str, ways: Mapping[str, Point]) -> list[Claim]:
-    of = {"clip": clip}
-    made = [_row(POPPED, at_most(0), of, two_sided_mean(ways["pruned"].values("popped")), "frame")]
-    residuals = {way: changes(point, "residual_ppm") for way, point in ways.items()}
-    for way, bound in (("pruned", at_most(MOST_RATIO)), ("planted faults", at_least(MOST_RATIO))):
-        found = two_sided_paired_ratio(residuals[way], residuals["unpruned"])
-        estimand = f"99.9th percentile of the motion-compensated residual, {way} ÷ unpruned"
-        kind = "measurement" if way == "pruned" else "verification"
-        made.append(_row(estimand, bound, of, found, "frame", kind=kind))
-    return made
+def _film_claims(points: Sequence[Point]) -> Iterator[Claim]:
+    for (clip,), rows in grouped(points, "clip").items():
+        ways, of = {each.case["way"]: each for each in rows}, {"clip": clip}
+        yield _row(POPPED, at_most(0), of, two_sided_mean(ways["pruned"].values("popped")))
+        residuals = {way: changes(point, "residual_ppm") for way, point in ways.items()}
+        for way, bound in (
+            ("pruned", at_most(MOST_RATIO)),
+            ("planted faults", at_least(MOST_RATIO)),
+        ):
+            found = two_sided_paired_ratio(residuals[way], residuals["unpruned"])
+            estimand = f"99.9th percentile of the motion-compensated residual, {way} ÷ unpruned"
+            kind: Kind = "measurement" if way == "pruned" else "verification"
+            yield _row(estimand, bound, of, found, kind=kind)
 
 
 # Plots.
@@ -497,37 +418,33 @@ def _of_clip(clip: str, ways: Mapping[str, Point]) -> list[Claim]:
 _SHARES = (0.01, 0.05, 0.1, 0.25, 0.5, 0.75, 0.9, 0.95, 0.99)
 
 
-def plots(record: Record) -> tuple[Plot, ...]:
-    """Draw how switching distances are distributed, and the residual of every walk and clip."""
-    made = []
-    if switches := where(record.points, what="switches"):
-        made.append(_switches_plot(switches))
-    for (preset,), points in grouped(
-        where(record.points, topic="popping_shipped"), "preset"
-    ).items():
-        name, title = f"popping-shipped-{preset}", f"Change from frame to frame: {preset}"
-        about = f"A walk through {preset}: the 99.99th percentile"
-        made.append(_residual_plot(name, title, about, points, MOST_CHANGE))
-    for (clip,), points in grouped(where(record.points, topic="films"), "clip").items():
-        name, title = f"popping-film-{clip}", f"Change from frame to frame: {clip}"
-        made.append(_residual_plot(name, title, "A clip: the 99.9th percentile", points, None))
-    return tuple(made)
-
-
-def _switches_plot(points: list[Point]) -> Plot:
+def _switch_plots(record: Record) -> Iterator[Plot]:
     drawn, words = [], []
-    for point in points:
+    for point in where(record.points, what="switches"):
         metres = point.values("distance_mm") / 1000
         x = np.quantile(metres, _SHARES).tolist()
         drawn.append(Curve(point.case["species"], x, _SHARES))
         words.append(f"of {point.case['species']}s half within {x[4]:.1f} m, 9 in 10 {x[6]:.1f} m")
     caption = f"The share of switches that are nearer than a distance: {'; '.join(words)}."
     axis = "distance of the switch (m)", "share of the switches"
-    return curves("popping", "Where parts switch", caption, axis, drawn)
+    if drawn:
+        yield curves("popping", "Where parts switch", caption, axis, drawn)
+
+
+def _shipped_plots(record: Record) -> Iterator[Plot]:
+    for (preset,), points in grouped(record.points, "preset").items():
+        name, about = f"shipped-{preset}", f"A walk through {preset}: the 99.99th percentile"
+        yield _residual_plot(name, preset, about, points, MOST_CHANGE)
+
+
+def _film_plots(record: Record) -> Iterator[Plot]:
+    for (clip,), points in grouped(record.points, "clip").items():
+        about = "A clip: the 99.9th percentile"
+        yield _residual_plot(f"film-{clip}", clip, about, points, None)
 
 
 def _residual_plot(
-    name: str, title: str, about: str, points: list[Point], most: float | None
+    name: str, what: str, about: str, points: list[Point], most: float | None
 ) -> Plot:
     drawn = [Curve(p.case["way"], p.column("frame"), changes(p).tolist()) for p in points]
     words = "; ".join(f"{c.label} {np.mean(c.y):.4f}, at most {max(c.y):.4f}" for c in drawn)
@@ -539,7 +456,8 @@ def _residual_plot(
         f"of a pair have the same samples. Mean over frames: {words}."
     )
     axis = "frame", "residual (share of white)"
-    return curves(name, title, caption, axis, drawn, ("linear", "linear"))
+    title, scale = f"Change from frame to frame: {what}", ("linear", "linear")
+    return curves(f"popping-{name}", title, caption, axis, drawn, scale)
 
 
 EXPERIMENT = Experiment(
@@ -549,12 +467,18 @@ EXPERIMENT = Experiment(
     topics={
         "popping": Topic(
             about="what comes and goes from frame to frame, its size, and what fading leaves",
+            cases=_popping_cases,
+            claims=_popping_claims,
+            plots=_switch_plots,
             full={"fields": 100, "walks": 12, "unseen": True},
             quick={"fields": 24, "walks": 3, "unseen": False},
             seconds=(260.0, 70.0),
         ),
         "popping_shipped": Topic(
             about="motion-compensated residual of walks through presets as shipped",
+            cases=_shipped_cases,
+            claims=_shipped_claims,
+            plots=_shipped_plots,
             full={
                 "presets": ["forest", "mountain", "meadow"],
                 "pairs": 48,
@@ -568,16 +492,19 @@ EXPERIMENT = Experiment(
         ),
         "films": Topic(
             about="the same of a fast pan, a walk, a turn that stops and a flight over trees",
+            cases=lambda clips, frames: [
+                partial(measure_clip, clip, way, frames, choose())
+                for clip in clips
+                for way in CLIP_WAYS
+            ],
+            claims=_film_claims,
+            plots=_film_plots,
             full={"clips": list(CLIPS), "frames": [1, 24]},
             quick={"clips": ["stop"], "frames": [14, 17]},
             seconds=(600.0, 60.0),
             apart=True,
         ),
     },
-    cases=cases,
-    measure=measure,
-    claims=claims,
-    plots=plots,
     caveats=(
         "Switches are counted all round on flat ground, at steps of two metres.",
         "Pictures are of albedo, in walks through shipped presets shaded by the sun; there is no "

@@ -8,25 +8,25 @@ without, in turns. ``acting`` measures actors (``bench.acting``). (§2)
 
 import math
 import time
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
 from functools import partial
-from typing import Any
 
 import numpy as np
 
-from bench.acting import FPS, Clearance, Feet, Meetings, Updating, Waiting
-from bench.experiment import Experiment, Topic
+from bench.acting import (
+    FPS,
+    measure_clearance,
+    measure_feet,
+    measure_meetings,
+    measure_updating,
+    measure_waiting,
+)
+from bench.experiment import Case, Experiment, Topic
 from bench.images.differences import PIXELS_PER_DEGREE
 from bench.plots import Curve, Plot, curves
-from bench.records.claims import Bound, Claim, at_least, at_most, claim
+from bench.records.claims import EXACT, UNREPLICATED, Claim, at_least, at_most, claim
 from bench.records.records import Column, Key, Point, Record, columns, where
-from bench.statistics.estimates import (
-    Estimate,
-    exactly,
-    two_sided_paired_ratio,
-    two_sided_share,
-)
+from bench.statistics.estimates import Estimate, exactly, two_sided_paired_ratio, two_sided_share
 from lod.arrays import Reals
 from lod.motion import critical_hz
 from lod.pruner import prune
@@ -77,82 +77,62 @@ TIMED = ("render.size=160x90", "render.spp=16", "render.max_depth=3")
 TIMED_PX = 0.5
 
 
-@dataclass(frozen=True)
-class Field:
-    """A field whose updates are counted; its number is added to the run's seed."""
-
-    number: int
-
-    def measure(self, seed: int) -> list[Point]:
-        """Schedule one frame by every rule, for every camera."""
-        own = f"seed={seed + self.number}"
-        presets = {
-            move: load_preset("crowd", (*CROWD, *settings, own)) for move, settings in MOVES.items()
-        }
-        still = Scene(presets["rest"])  # cameras are no part of its world
-        return [
-            Point(
-                {"topic": "updates", "what": "schedule", "move": move},
-                samples=counted(still.with_preset(preset)),
-            )
-            for move, preset in presets.items()
-        ]
-
-
-@dataclass(frozen=True)
-class Timing:
-    """The number of rounds of frames that are timed, and the variant that renders them."""
-
-    rounds: int
-    variant: str
-
-    def measure(self, seed: int) -> list[Point]:
-        """Time frames that draw all parts and scheduled ones, in turns [µs of CPU time]."""
-        scenes = {
-            way: Scene(
-                load_preset(
-                    "crowd", (*CROWD, *TIMED, f"seed={seed}", f"view.update_threshold={px}")
-                )
-            )
-            for way, px in (("all", 0.0), ("scheduled", TIMED_PX))
-        }
-        found = dict[tuple[str, str], list[int]]()
-        for number in range(self.rounds + 1):
-            for way, scene in scenes.items():
-                stages = _stage_seconds(scene, FRAME + number, self.variant)
-                for stage, spent in stages.items() if number else ():  # the first is compiled
-                    found.setdefault((way, stage), []).append(round(1e6 * spent))
-        times = (Column("cpu_us", t, {"way": way, "stage": s}) for (way, s), t in found.items())
-        return [Point({"topic": "updates", "what": "time", "move": "rest"}, samples=tuple(times))]
-
-
-Case = Field | Timing | Waiting | Updating | Clearance | Meetings | Feet
-
-
-def cases(topic: str, sizes: Mapping[str, Any]) -> list[Case]:
-    """Return the cases of a topic: fields and frames that are timed, or scenes of actors."""
-    if topic == "updates":
-        return [*map(Field, range(sizes["fields"])), Timing(sizes["rounds"], choose())]
-    frames, crowd, people = sizes["frames"], sizes["crowd"], sizes["people"]
-    waiting = partial(Waiting, frames, crowd)
-    several = [waiting(), waiting(threshold=1.0), waiting(threshold=2.0)]
-    several += [waiting(density=0.02), waiting(density=0.08)]
-    several += [waiting(questions=20), waiting(questions=100), Waiting(frames, 10 * crowd)]
-    several += [waiting(threshold=px, waving=True) for px in (0.5, 2.0)]
+def measure_field(number: int, seed: int) -> list[Point]:
+    """Schedule one frame of a field by every rule, for every camera."""
+    presets = {
+        move: load_preset("crowd", (*CROWD, *settings, f"seed={seed + number}"))
+        for move, settings in MOVES.items()
+    }
+    still = Scene(presets["rest"])  # cameras are no part of its world
     return [
-        *several[: sizes["crowds"]],
-        Updating(frames, people, 200.0, False),
-        Updating(frames // 4, people, 40.0, True),
-        *(Feet(people, seconds, False) for seconds in sizes["feet_seconds"]),
-        Feet(people, sizes["feet_seconds"][0], True),
-        *(Clearance(people, 40.0, seconds) for seconds in sizes["clear_seconds"]),
-        Meetings("playground", frames),
+        Point(
+            {"topic": "updates", "what": "schedule", "move": move},
+            samples=counted(still.with_preset(preset)),
+        )
+        for move, preset in presets.items()
     ]
 
 
-def measure(case: Case, seed: int) -> list[Point]:
-    """Measure one case."""
-    return case.measure(seed)
+def _measure_times(rounds: int, variant: str, seed: int) -> Point:
+    """Time frames that draw all parts and scheduled ones, in turns [µs of CPU time]."""
+    common = (*CROWD, *TIMED, f"seed={seed}")
+    scenes = {
+        way: Scene(load_preset("crowd", (*common, f"view.update_threshold={px}")))
+        for way, px in (("all", 0.0), ("scheduled", TIMED_PX))
+    }
+    found = dict[tuple[str, str], list[int]]()
+    for number in range(rounds + 1):
+        for way, scene in scenes.items():
+            stages = _stage_seconds(scene, FRAME + number, variant)
+            for stage, spent in stages.items() if number else ():  # the first is compiled
+                found.setdefault((way, stage), []).append(round(1e6 * spent))
+    times = (Column("cpu_us", t, {"way": way, "stage": s}) for (way, s), t in found.items())
+    return Point({"topic": "updates", "what": "time", "move": "rest"}, samples=tuple(times))
+
+
+def _acting_cases(
+    frames: int,
+    crowd: int,
+    crowds: int,
+    people: int,
+    feet_seconds: Sequence[float],
+    clear_seconds: Sequence[float],
+) -> list[Case]:
+    waiting = partial(partial, measure_waiting, frames, crowd)
+    several = [waiting(), waiting(threshold=1.0), waiting(threshold=2.0)]
+    several += [waiting(density=0.02), waiting(density=0.08)]
+    several += [waiting(questions=20), waiting(questions=100)]
+    several += [partial(measure_waiting, frames, 10 * crowd)]
+    several += [waiting(threshold=px, waving=True) for px in (0.5, 2.0)]
+    return [
+        *several[:crowds],
+        partial(measure_updating, frames, people, 200.0, False),
+        partial(measure_updating, frames // 4, people, 40.0, True),
+        *(partial(measure_feet, people, seconds, False) for seconds in feet_seconds),
+        partial(measure_feet, people, feet_seconds[0], True),
+        *(partial(measure_clearance, people, 40.0, seconds) for seconds in clear_seconds),
+        partial(measure_meetings, "playground", frames),
+    ]
 
 
 def counted(scene: Scene) -> tuple[Column, ...]:
@@ -160,7 +140,7 @@ def counted(scene: Scene) -> tuple[Column, ...]:
 
     The farthest is in px/1000, by every rule. Counts are also given by class of speed.
     """
-    shown, numbers = movers(scene, FRAME), replay_frames(FRAME)
+    shown, numbers = _movers(scene, FRAME), replay_frames(FRAME)
     made = [scene.poses(numbers, each) for each in shown]
     frames = [_together(each) for each in zip(*made, strict=True)]
     last, parts = frames[-1], len(frames[-1].refresh_due)
@@ -183,8 +163,7 @@ def counted(scene: Scene) -> tuple[Column, ...]:
     return tuple(found)
 
 
-def movers(scene: Scene, frame: int) -> list[DisplayedRepresentation]:
-    """Return what a frame displays of every representation whose parts may stay as drawn."""
+def _movers(scene: Scene, frame: int) -> list[DisplayedRepresentation]:
     view = scene.view(frame)
     shown = (display(each, prune(each, view), view) for each in scene.world.representations)
     return [each for each in shown if is_scheduled(each, scene.time_s(frame + 1))]
@@ -215,7 +194,7 @@ def _stage_seconds(scene: Scene, frame: int, variant: str) -> dict[str, float]:
     clock.append(time.process_time())
     render_frame(made, frame)
     clock.append(time.process_time())
-    shown = movers(scene, frame)
+    shown = _movers(scene, frame)
     drawn = [initial_state(each) for each in posed(frame - 1)]
     clock.append(time.process_time())
     now = posed(frame)
@@ -230,15 +209,13 @@ def _stage_seconds(scene: Scene, frame: int, variant: str) -> dict[str, float]:
 
 # Claims, from raw points alone.
 
-_PAPER, _DERIVED = "§2", "derived: docs/method.md"
+_claim = partial(claim, source="derived: docs/method.md")
 
 AIM_TIMES, AIM_PX = 3.0, 0.5
 """How many times fewer seconds are aimed at, and at which error, its 99.9th percentile."""
 
 
-def claims(points: tuple[Point, ...]) -> tuple[Claim, ...]:
-    """Return every claim that points of either topic decide."""
-    made: list[Claim] = []
+def _update_claims(points: Sequence[Point]) -> Iterator[Claim]:
     schedules = where(points, what="schedule")
     for threshold in THRESHOLDS if schedules else ():
         rule = f"{threshold:g} px"
@@ -246,33 +223,35 @@ def claims(points: tuple[Point, ...]) -> tuple[Claim, ...]:
             max(off_px(point, rule) for point in schedules),
             sum(len(point.column("parts")) for point in schedules),
         )
-        made.append(
-            claim(
-                "farthest distance of a part from its true place [px]",
-                at_most(threshold),
-                {"τ": rule},
-                found,
-                unit="exact",
-                source=_DERIVED,
-                kind="verification",
-            )
-        )
+        estimand = "farthest distance of a part from its true place [px]"
+        check = partial(_claim, unit=EXACT, kind="verification")
+        yield check(estimand, at_most(threshold), {"τ": rule}, found)
     for point in schedules:
         told = {"camera": point.case["move"], "τ": "0.5 px"}
         found, estimand = redrawn(point, "0.5 px"), "share of the parts drawn again in a frame"
-        made.append(claim(estimand, at_most(0.5), told, found, unit="field", source=_PAPER))
+        yield _claim(estimand, at_most(0.5), told, found, unit="field", source="§2")
     for point in where(points, what="time"):
-        made += _time_claims(point)
+        every, kept = cpu_us(point, "all"), cpu_us(point, "scheduled")
+        posing, deciding = (cpu_us(point, "all", stage) for stage in ("posing", "deciding"))
+        for estimand, most, one, other in (
+            ("CPU time of a frame, scheduled ÷ all drawn", 1, kept, every),
+            ("CPU time, posing all that moves ÷ frame", 0.02, posing, every),
+            ("CPU time, comparing with what was drawn ÷ posing", 1, deciding, posing),
+        ):
+            found, at = two_sided_paired_ratio(one, other), {"τ": f"{TIMED_PX:g} px"}
+            yield _claim(estimand, at_most(most), at, found, unit="frame")
+
+
+def _acting_claims(points: Sequence[Point]) -> Iterator[Claim]:
     for point in where(points, what="waiting"):
-        made += _waiting_claims(point)
+        yield from _waiting_claims(point)
     for point in (*where(points, what="clearance"), *where(points, what="meetings")):
         case = point.case
         told = {"scene": case.get("preset", "people in a square"), "seconds": case["seconds"]}
         nearest = point.column("nearest_mm")
         found = exactly(min(nearest) / 1000, len(nearest))
         estimand, apart = "least distance of two actors [m]", at_least(2 * BODY_M)
-        made.append(claim(estimand, apart, told, found, unit="exact", source=_DERIVED))
-    return tuple(made)
+        yield _claim(estimand, apart, told, found, unit=EXACT)
 
 
 def redrawn(point: Point, rule: str) -> Estimate:
@@ -285,34 +264,12 @@ def off_px(point: Point, rule: str) -> float:
     return float(point.values("off_mpx", rule=rule).max()) / 1000
 
 
-def _time_claims(point: Point) -> list[Claim]:
-    every, kept = cpu_us(point, "all"), cpu_us(point, "scheduled")
-    posing, deciding = (cpu_us(point, "all", stage) for stage in ("posing", "deciding"))
-    rows: list[tuple[str, Bound, Reals, Reals]] = [
-        ("CPU time of a frame, scheduled ÷ all drawn", at_most(1), kept, every),
-        ("CPU time, posing all that moves ÷ frame", at_most(0.02), posing, every),
-        ("CPU time, comparing with what was drawn ÷ posing", at_most(1), deciding, posing),
-    ]
-    return [
-        claim(
-            estimand,
-            bound,
-            {"τ": f"{TIMED_PX:g} px"},
-            two_sided_paired_ratio(one, other),
-            unit="frame",
-            source=_DERIVED,
-        )
-        for estimand, bound, one, other in rows
-    ]
-
-
 def cpu_us(point: Point, way: str, stage: str = "frame") -> Reals:
     """Return the CPU time of a stage of every frame that is drawn in a way [µs]."""
     return point.values("cpu_us", way=way, stage=stage)
 
 
-def _waiting_claims(point: Point) -> list[Claim]:
-    """Hold a crowd against the aim: fewer seconds, with hardly a part far off."""
+def _waiting_claims(point: Point) -> Iterator[Claim]:
     case = point.case
     told = {
         "actors": case["actors"],
@@ -325,14 +282,14 @@ def _waiting_claims(point: Point) -> list[Claim]:
     if len(every) > 1:
         found, unit = two_sided_paired_ratio(every, some), "frame"
     else:
-        found, unit = exactly(float(every[0] / some[0])), "unreplicated"
+        found, unit = exactly(float(every[0] / some[0])), UNREPLICATED
     times = "CPU time of acting, all updated ÷ updated by threshold"
-    made = [claim(times, at_least(AIM_TIMES), told, found, unit=unit, source="aim")]
+    aimed = partial(claim, source="aim")
+    yield aimed(times, at_least(AIM_TIMES), told, found, unit=unit)
     for error in ("at once", "in time"):
         off = exactly(point.column("off_mpx", error=error, statistic="p99.9")[0] / 1000)
         estimand = f"99.9th percentile of the distance of parts from actors updated {error} [px]"
-        made.append(claim(estimand, at_most(AIM_PX), told, off, unit="unreplicated", source="aim"))
-    return made
+        yield aimed(estimand, at_most(AIM_PX), told, off, unit=UNREPLICATED)
 
 
 # Plots.
@@ -343,10 +300,7 @@ FINEST_CPD = PIXELS_PER_DEGREE / 2
 
 def plots(record: Record) -> tuple[Plot, ...]:
     """Draw how often parts of each class of speed are drawn again, and what the eye asks for."""
-    schedules = where(record.points, what="schedule", move="rest")
-    if not schedules:
-        return ()
-    (point,) = schedules
+    (point,) = where(record.points, what="schedule", move="rest")
     classes = [c for c in point.samples if c.quantity == "parts" and c.keys]
     lows = [float(c.keys["speed_from"]) for c in classes if any(c.values)]
     lows = [low for low in lows if low > 0]
@@ -382,12 +336,20 @@ EXPERIMENT = Experiment(
     topics={
         "updates": Topic(
             about="how often parts are drawn again, how far off the others are, what is saved",
+            cases=lambda fields, rounds: [
+                *(partial(measure_field, number) for number in range(fields)),
+                partial(_measure_times, rounds, choose()),
+            ],
+            claims=_update_claims,
+            plots=plots,
             full={"fields": 8, "rounds": 6},
             quick={"fields": 3, "rounds": 3},
             seconds=(140.0, 90.0),
         ),
         "acting": Topic(
             about="what actors cost, what it saves that some wait, and who meets",
+            cases=_acting_cases,
+            claims=_acting_claims,
             full={
                 "frames": 96,
                 "crowd": 1000,
@@ -408,10 +370,6 @@ EXPERIMENT = Experiment(
             apart=True,
         ),
     },
-    cases=cases,
-    measure=measure,
-    claims=claims,
-    plots=plots,
     rendered=True,
     caveats=(
         "A crowd among trees in wind of 6 m/s, 320 pixels wide, 24 frames a second: shares grow "

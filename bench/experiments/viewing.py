@@ -14,14 +14,14 @@ then both.
 ``defocus`` (``bench.lens_cuts``) looks at `crowd` through a lens of 50 mm.
 """
 
-import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 
-from bench.experiment import Experiment, Topic
+from bench.experiment import Case, Experiment, Topic
 from bench.images.differences import LEAST_PAIRS, errors, one_sided_excess
 from bench.images.equal_error import EQUAL_ERROR
 from bench.lens_cuts import (
@@ -29,28 +29,16 @@ from bench.lens_cuts import (
     F_STOP,
     FOCUS_M,
     LENS_CUTS,
-    LensFields,
-    LensParts,
-    LensPictures,
     measure_lens_fields,
     measure_lens_parts,
     measure_lens_pictures,
 )
-from bench.motion_cuts import (
-    FAST,
-    PICTURED,
-    SHOWN_SPP,
-    Field,
-    Pictures,
-    measure_field,
-    measure_pictures,
-)
+from bench.motion_cuts import FAST, PICTURED, SHOWN_SPP, measure_field, measure_pictures
 from bench.part_sizes import (
     BOUNDS_M,
     COARSE_M,
     DENSITY,
     SIZES,
-    SizeCounts,
     camera,
     count_sizes,
     density_of,
@@ -64,31 +52,15 @@ from bench.part_sizes import (
     size_predictions,
     view_through,
 )
-from bench.plots import Curve, Plot, curves
-from bench.records.claims import (
-    UNREPLICATED,
-    Bound,
-    Claim,
-    at_least,
-    at_most,
-    claim,
-    equals,
-    within,
-)
+from bench.plots import Curve, Plot, curves, estimated
+from bench.records.claims import UNREPLICATED, Claim, at_least, at_most, claim, equals, within
 from bench.records.records import Column, Point, Prediction, Record, grouped, where
-from bench.statistics.estimates import Estimate, two_sided_mean, two_sided_share
-from bench.statistics.fits import one_sided_mean
+from bench.statistics.estimates import Estimate, one_sided_mean, two_sided_mean, two_sided_share
 from lod.air import Air, least_extinction
 from lod.arrays import Reals
 from lod.eye import Display
 from lod.view import View
-from lod.viewing import (
-    STANDARD_DISPLAY,
-    STANDARD_EYE,
-    BlurWidths,
-    ViewingConditions,
-    blur_widths,
-)
+from lod.viewing import STANDARD_DISPLAY, STANDARD_EYE, BlurWidths, ViewingConditions, blur_widths
 from scenes.render.variants import choose
 
 # Haze.
@@ -108,17 +80,6 @@ of 67 pixels per degree.
 """
 
 
-@dataclass(frozen=True)
-class HazeCase:
-    """A species, who looks, the width of the picture [px], and how many fields are measured."""
-
-    species: str
-    viewer: str
-    width: int
-    fields: int
-    visibilities_m: tuple[float, ...] = VISIBILITIES_M
-
-
 def haze_views(viewer: str, width: int, visibility_m: float) -> tuple[View, View]:
     """Return views in haze and in clear air that have one detail angle m: only haze differs."""
     theta, watched = camera(width).pixel_angle, viewer == "eye"
@@ -127,22 +88,30 @@ def haze_views(viewer: str, width: int, visibility_m: float) -> tuple[View, View
     return view_through(sight, width), view_through(replace(sight, extinction=0.0), width)
 
 
-def _measure_haze(case: HazeCase, seed: int) -> list[Point]:
+def measure_haze(
+    species: str,
+    viewer: str,
+    width: int,
+    fields: int,
+    seed: int,
+    visibilities_m: tuple[float, ...] = VISIBILITIES_M,
+) -> list[Point]:
     """Count parts of fields in haze of each visibility and, at the same m, in clear air."""
-    seeds = [seed_of(case.species, seed, index) for index in range(case.fields)]
-    _, clear = haze_views(case.viewer, case.width, case.visibilities_m[0])
-    things = prototypes_with(case.species, None), density_of(case.species, clear.m)
-    unhazed = [count_sizes(*things, clear, each, case.visibilities_m) for each in seeds]
+    seeds = [seed_of(species, seed, index) for index in range(fields)]
+    _, clear = haze_views(viewer, width, visibilities_m[0])
+    things = prototypes_with(species, None), density_of(species, clear.m)
+    unhazed = [count_sizes(*things, clear, each, visibilities_m) for each in seeds]
 
-    def parts(air: str, seen: list[SizeCounts], row: int) -> tuple[Column, ...]:
-        near = [each.near_counts[row] for each in seen]
-        return (*size_columns(seen, air=air), Column("parts_nearer_than_V", near, {"air": air}))
+    def parts(air: str, seen: list[Any], row: int) -> tuple[Column, ...]:
+        near = [nearer[row] for _, nearer in seen]
+        sizes = size_columns([by_size for by_size, _ in seen], air=air)
+        return (*sizes, Column("parts_nearer_than_V", near, {"air": air}))
 
     made = []
-    for row, visibility in enumerate(case.visibilities_m):
-        hazy, _ = haze_views(case.viewer, case.width, visibility)
+    for row, visibility in enumerate(visibilities_m):
+        hazy, _ = haze_views(viewer, width, visibility)
         seen = [count_sizes(*things, hazy, each, (visibility,)) for each in seeds]
-        kind = {k: getattr(case, k) for k in ("species", "viewer", "width")}
+        kind = {"species": species, "viewer": viewer, "width": width}
         predicted = tuple(
             each
             for air, view in (("hazy", hazy), ("clear", clear))
@@ -170,15 +139,6 @@ VIEWERS = {
 }
 
 
-@dataclass(frozen=True)
-class EyeCase:
-    """A species, the pixels per degree of the display, and how many fields are measured."""
-
-    species: str
-    pixels_per_degree: float
-    fields: int
-
-
 def eye_views(ppd: float) -> dict[str, tuple[View, float | None]]:
     """Return views by viewer, and the contrast that each gives all parts; None = their own."""
     theta, shown = camera(EYE_WIDTH).pixel_angle, Display(ppd)
@@ -196,16 +156,15 @@ def eye_views(ppd: float) -> dict[str, tuple[View, float | None]]:
     }
 
 
-def _measure_eye(case: EyeCase, seed: int) -> Point:
-    """Count the parts that every viewer sees in fields of a display."""
-    species, ppd = case.species, case.pixels_per_degree
-    seeds = [seed_of(f"{species} {ppd}", seed, index) for index in range(case.fields)]
+def measure_eye(species: str, ppd: float, fields: int, seed: int) -> Point:
+    """Count the parts that every viewer sees in fields of a display of pixels per degree."""
+    seeds = [seed_of(f"{species} {ppd}", seed, index) for index in range(fields)]
     density = density_of(species, COARSE_M)
     samples: list[Column] = []
     predicted: list[Prediction] = []
     for viewer, (view, contrast) in eye_views(ppd).items():
         things = prototypes_with(species, contrast)
-        counts = [count_sizes(things, density, view, each) for each in seeds]
+        counts = [count_sizes(things, density, view, each)[0] for each in seeds]
         samples += size_columns(counts, viewer=viewer)
         predicted += size_predictions(predicted_sizes(things, density, view), viewer=viewer)
     widths = blur_widths(1.0, Display(ppd), STANDARD_EYE)
@@ -213,45 +172,27 @@ def _measure_eye(case: EyeCase, seed: int) -> Point:
     return Point({"topic": "eye", **named}, tuple(predicted), tuple(samples))
 
 
-Case = HazeCase | EyeCase | Field | Pictures | LensFields | LensParts | LensPictures
+# Motion and lens.
 
 
-def cases(topic: str, sizes: Mapping[str, Any]) -> list[Case]:
-    """Return the cases of a topic."""
-    fields = sizes["fields"]
-    if topic == "haze":
-        return [HazeCase(*each, fields) for each in HAZE_CASES]
-    if topic == "eye":
-        return [EyeCase(s, ppd, fields) for s in DENSITY for ppd in PIXELS_PER_DEGREE]
-    variant = choose()
-    if topic == "defocus":
-        pairs = range(LEAST_PAIRS if sizes["spp"] else 0)
-        pictures = [LensPictures(k, sizes["size"], tuple(sizes["spp"]), variant) for k in pairs]
-        return [LensFields(fields), LensParts("480x270"), *pictures]
-    spp = sizes["samples_per_pixel"]
+def _motion_cases(fields: int, samples_per_pixel: int, pictured: int) -> list[Case]:
+    variant, most = choose(), samples_per_pixel
     return [
-        *(Field(number) for number in range(fields)),
+        *(partial(measure_field, number) for number in range(fields)),
         *(
-            Pictures(move, pair, cuts, variant, spp if move == FAST else min(spp, SHOWN_SPP))
-            for move, cuts in PICTURED[: sizes["pictured"]]
+            partial(measure_pictures, move, pair, cuts, variant, spp)
+            for move, cuts in PICTURED[:pictured]
+            for spp in [most if move == FAST else min(most, SHOWN_SPP)]
             for pair in range(LEAST_PAIRS)
         ),
     ]
 
 
-def measure(case: Case, seed: int) -> Point | list[Point]:
-    """Count the parts of fields, or measure how far apart pictures are."""
-    if isinstance(case, LensParts):
-        return measure_lens_parts(case)
-    functions: dict[type, Callable[[Any, int], Point | list[Point]]] = {
-        HazeCase: _measure_haze,
-        EyeCase: _measure_eye,
-        Field: measure_field,
-        Pictures: measure_pictures,
-        LensFields: measure_lens_fields,
-        LensPictures: measure_lens_pictures,
-    }
-    return functions[type(case)](case, seed)
+def _defocus_cases(fields: int, size: str, spp: Sequence[int]) -> list[Case]:
+    pairs, rest = range(LEAST_PAIRS if spp else 0), (size, tuple(spp), choose())
+    pictures = (partial(measure_lens_pictures, k, *rest) for k in pairs)
+    frame = partial(measure_lens_parts, "480x270")
+    return [partial(measure_lens_fields, fields), frame, *pictures]
 
 
 # Claims, from raw points alone.
@@ -267,37 +208,20 @@ HAZE_KIND = "species", "viewer", "width"
 """The keys that points of different visibility share."""
 
 
-def claims(points: tuple[Point, ...]) -> tuple[Claim, ...]:
-    """Return every claim that points of any topic decide."""
-    made: list[Claim] = []
-    for kind, chosen in grouped(where(points, topic="haze"), *HAZE_KIND).items():
-        made += _haze_claims(dict(zip(HAZE_KIND, kind, strict=True)), chosen)
-    for (species,), chosen in grouped(where(points, topic="eye"), "species").items():
-        made += _eye_claims(species, chosen)
-    made += _motion_claims(where(points, topic="motion"))
-    return (*made, *_defocus_claims(where(points, topic="defocus")))
+_row = partial(claim, unit="field", source=_DERIVED, alone=UNREPLICATED)
+_check = partial(_row, source=_LAW, kind="verification")
 
 
-def _row(
-    estimand: str,
-    bound: Bound,
-    condition: Mapping[str, str | int | float],
-    found: Estimate,
-    source: str = _DERIVED,
-    unit: str = "field",
-    **more: Any,
-) -> Claim:
-    """Make a claim; where all fields are alike, their spread is not known."""
-    unit = UNREPLICATED if found.low == found.high else unit
-    return claim(estimand, bound, condition, found, unit=unit, source=source, **more)
+def _haze_claims(points: Sequence[Point]) -> Iterator[Claim]:
+    for kind, chosen in grouped(points, *HAZE_KIND).items():
+        yield from _of_haze(dict(zip(HAZE_KIND, kind, strict=True)), chosen)
 
 
-def _haze_claims(kind: dict[str, Any], points: list[Point]) -> list[Claim]:
+def _of_haze(kind: dict[str, Any], points: list[Point]) -> Iterator[Claim]:
     of = {**kind, "width": f"{kind['width']} px"}
     found, law = shares_kept(points, {"air": "hazy"}, {"air": "clear"})
     estimand = "share of parts that haze leaves, all visibilities"
-    verified = {"kind": "verification"}
-    made = [_row(estimand, within(round(law, 6), 0.02), of, found, _LAW, **verified)]
+    yield _check(estimand, within(round(law, 6), 0.02), of, found)
     near, lost = (
         np.sum([part(p, "clear") - part(p, "hazy") for p in points], axis=0)
         for part in (
@@ -305,43 +229,43 @@ def _haze_claims(kind: dict[str, Any], points: list[Point]) -> list[Claim]:
             lambda p, air: part_counts(p, air=air),
         )
     )
-    estimand = "share of the parts lost that were nearer than V"
-    made.append(_row(estimand, at_most(0.01), of, two_sided_share(near, lost), **verified))
+    estimand, nearer = (
+        "share of the parts lost that were nearer than V",
+        two_sided_share(near, lost),
+    )
+    yield _check(estimand, at_most(0.01), of, nearer, source=_DERIVED)
     for point in where(points, visibility=JUDGED_AT_M):
         at = {**of, "V": "2 km"}
         if kind["species"] == "tree":
             kept, _ = shares_kept([point], {"air": "hazy"}, {"air": "clear"}, BIG)
             ends = 1 - kept.value, 1 - kept.high, 1 - kept.low
             gone = Estimate(*ends, kept.standard_error, 1.0, kept.rows)
-            made.append(_row("share of parts over 1 m that haze hides", at_least(0.5), at, gone))
+            yield _row("share of parts over 1 m that haze hides", at_least(0.5), at, gone)
         clear = part_counts(point, SMALL, air="clear")
         small = two_sided_share(clear - part_counts(point, SMALL, air="hazy"), clear)
-        made.append(_row("share of parts under 1 m that haze hides", at_most(0.05), at, small))
-    return made
+        yield _row("share of parts under 1 m that haze hides", at_most(0.05), at, small)
 
 
-def _eye_claims(species: str, points: list[Point]) -> list[Claim]:
-    made, verified = [], {"kind": "verification"}
-    for viewer, label in VIEWERS.items():
-        found, law = shares_kept(points, {"viewer": viewer}, {"viewer": "ideal"})
-        estimand = "share of parts that display and eye leave, all displays"
-        of, bound = {"species": species, "viewer": label}, within(round(law, 6), 0.02)
-        made.append(_row(estimand, bound, of, found, _LAW, **verified))
-    for point in where(points, pixels_per_degree=JUDGED_AT_PPD):
-        at = {"species": species, "display": f"{JUDGED_AT_PPD:g} pixels per degree"}
-        left, _ = shares_kept([point], {"viewer": "blur"}, {"viewer": "ideal"})
-        share = round(point.case["blur_px"] ** -2, 6)
-        estimand = "share of parts that blur leaves, against 1/θ_eff²"
-        made.append(_row(estimand, within(share, 0.01), at, left, _LAW, **verified))
-        blurred = part_counts(point, viewer="blur")
-        lost = two_sided_share(blurred - part_counts(point, viewer="both"), blurred)
-        estimand = "share of what blur leaves that a contrast of 0.1 hides"
-        made.append(_row(estimand, at_most(0.01), at, lost, **verified))
-    return made
+def _eye_claims(points: Sequence[Point]) -> Iterator[Claim]:
+    for (species,), chosen in grouped(points, "species").items():
+        for viewer, label in VIEWERS.items():
+            found, law = shares_kept(chosen, {"viewer": viewer}, {"viewer": "ideal"})
+            estimand = "share of parts that display and eye leave, all displays"
+            of, bound = {"species": species, "viewer": label}, within(round(law, 6), 0.02)
+            yield _check(estimand, bound, of, found)
+        for point in where(chosen, pixels_per_degree=JUDGED_AT_PPD):
+            at = {"species": species, "display": f"{JUDGED_AT_PPD:g} pixels per degree"}
+            left, _ = shares_kept([point], {"viewer": "blur"}, {"viewer": "ideal"})
+            share = round(point.case["blur_px"] ** -2, 6)
+            estimand = "share of parts that blur leaves, against 1/θ_eff²"
+            yield _check(estimand, within(share, 0.01), at, left)
+            blurred = part_counts(point, viewer="blur")
+            lost = two_sided_share(blurred - part_counts(point, viewer="both"), blurred)
+            estimand = "share of what blur leaves that a contrast of 0.1 hides"
+            yield _check(estimand, at_most(0.01), at, lost, source=_DERIVED)
 
 
-def is_fast(point: Point) -> bool:
-    """Say whether a point is of the fast pan that the claims are about."""
+def _is_fast(point: Point) -> bool:
     return asdict(FAST).items() <= point.case.items()
 
 
@@ -357,16 +281,12 @@ def left_out(point: Point) -> Estimate:
 
 
 def one_sided_excess_flip(point: Point) -> Estimate:
-    """Estimate excess FLIP; low and high are one-sided 95 % bounds (``one_sided_excess``)."""
-    tested, floor = (point.values(k) / 1e6 for k in ("flip", "flip_floor"))
-    found = one_sided_excess(tested, floor)
-    error = float((tested - floor).std(ddof=1)) / math.sqrt(found.pairs)
-    return Estimate(found.excess, found.low, found.high, error, 1.0, found.pairs)
+    """Estimate excess FLIP, with one-sided 95 % bounds."""
+    return one_sided_excess(*(point.values(k) / 1e6 for k in ("flip", "flip_floor")))
 
 
-def _motion_claims(points: Sequence[Point]) -> list[Claim]:
-    made, hides = [], "share of parts that motion hides"
-    pan = {"camera": "pan of 90°/s, 180° shutter"}
+def _motion_claims(points: Sequence[Point]) -> Iterator[Claim]:
+    hides, pan = "share of parts that motion hides", {"camera": "pan of 90°/s, 180° shutter"}
     pictured = False
     for point in (p for p in points if p.case["world"] != "picture"):
         turn, speed = (point.case[k] for k in ("turn", "speed"))
@@ -377,52 +297,49 @@ def _motion_claims(points: Sequence[Point]) -> list[Claim]:
             found = two_sided_share(unpruned - spatial, unpruned - motion)
             estimand = "share of the parts left out that size and distance leave out"
             at = {**pan, "world": "400 m"}
-            made.append(_row(estimand, within(0.95, 0.05), at, found, "Reddy 1997"))
+            yield _row(estimand, within(0.95, 0.05), at, found, source="Reddy 1997")
         elif turn == speed == 0:
-            found = left_out(point)
             rest = {"camera": "at rest"}
-            made.append(_row(hides, equals(0), rest, found, kind="verification"))
-        elif is_fast(point):  # with less, that its picture stays as it is would say nothing
-            made.append(_row(hides, at_least(0.1), pan, left_out(point)))
-            pictured = made[-1].verdict == "holds"
+            yield _check(hides, equals(0), rest, left_out(point), source=_DERIVED)
+        elif _is_fast(point):  # with less, that its picture stays as it is would say nothing
+            made = _row(hides, at_least(0.1), pan, left_out(point))
+            pictured = made.verdict == "holds"
+            yield made
         elif speed == 1.4:
-            made.append(_row(hides, at_most(0.01), {"camera": "walk, 1.4 m/s"}, left_out(point)))
-    fast = {p.case["cut"]: p for p in where(points, world="picture") if is_fast(p)}
+            yield _row(hides, at_most(0.01), {"camera": "walk, 1.4 m/s"}, left_out(point))
+    fast = {p.case["cut"]: p for p in where(points, world="picture") if _is_fast(p)}
     estimand = "excess FLIP over the picture cut by size and distance"
-    for cut, bound, kind in (
-        ("motion", at_most(EQUAL_ERROR), "measurement"),
-        ("planted", at_least(EQUAL_ERROR), "verification"),
-    ):
-        if pictured and cut in fast:
-            at = {**pan, "cut": "by motion" if cut == "motion" else "planted, τ = 4 px"}
-            found = one_sided_excess_flip(fast[cut])
-            made.append(_row(estimand, bound, at, found, unit="pair of seeds", kind=kind))
-    return made
+    of_pair = partial(_row, unit="pair of seeds")
+    if pictured and "motion" in fast:
+        found = one_sided_excess_flip(fast["motion"])
+        yield of_pair(estimand, at_most(EQUAL_ERROR), {**pan, "cut": "by motion"}, found)
+    if pictured and "planted" in fast:
+        found, at = one_sided_excess_flip(fast["planted"]), {**pan, "cut": "planted, τ = 4 px"}
+        yield of_pair(estimand, at_least(EQUAL_ERROR), at, found, kind="verification")
 
 
-def _defocus_claims(points: Sequence[Point]) -> list[Claim]:
-    made, lens = [], {"lens": f"50 mm, f/{F_STOP:g}, focus at {FOCUS_M:g} m"}
+def _defocus_claims(points: Sequence[Point]) -> Iterator[Claim]:
+    lens = {"lens": f"50 mm, f/{F_STOP:g}, focus at {FOCUS_M:g} m"}
     for point in where(points, what="fields"):
         found = two_sided_mean(point.values("parts") / point.prediction("parts"))
-        estimand = "parts displayed through a lens ÷ predicted"
-        made.append(_row(estimand, within(1, 0.01), lens, found, _LAW, kind="verification"))
+        yield _check("parts displayed through a lens ÷ predicted", within(1, 0.01), lens, found)
     if pictures := {p.case["cut"]: p for p in where(points, what="picture")}:
         aware, unaware = (errors(pictures[cut]) for cut in LENS_CUTS)
         estimand = "FLIP to unpruned, cut that knows of the lens − cut that does not"
         found, bound = one_sided_mean(aware - unaware), at_most(EQUAL_ERROR)
-        made.append(_row(estimand, bound, lens, found, unit="pair of seeds"))
-    return made
+        yield _row(estimand, bound, lens, found, unit="pair of seeds")
 
 
 # Plots.
 
 
-def plots(record: Record) -> tuple[Plot, ...]:
-    """Draw parts left by haze, by display and eye, by a pan and by a lens."""
-    made, topic = [], {t: where(record.points, topic=t) for t in EXPERIMENT.topics}
-    for kind, points in grouped(topic["haze"], *HAZE_KIND).items():
-        made.append(_haze_plot(points, *kind))
-    for (species,), points in grouped(topic["eye"], "species").items():
+def _haze_plots(record: Record) -> Iterator[Plot]:
+    for kind, points in grouped(record.points, *HAZE_KIND).items():
+        yield _haze_plot(points, *kind)
+
+
+def _eye_plots(record: Record) -> Iterator[Plot]:
+    for (species,), points in grouped(record.points, "species").items():
         drawn = []
         for viewer, label in VIEWERS.items():
             keys = {"viewer": viewer}, {"viewer": "ideal"}
@@ -434,26 +351,29 @@ def plots(record: Record) -> tuple[Plot, ...]:
         )
         title = f"Parts that display and eye leave: {species}"
         axis = "pixels per degree of sight", "share of the parts that is left"
-        made.append(curves(f"eye-{species}", title, caption, axis, drawn))
-    if pans := where(topic["motion"], world="endless", speed=0.0, shutter=180.0):
+        yield curves(f"eye-{species}", title, caption, axis, drawn)
+
+
+def _motion_plots(record: Record) -> Iterator[Plot]:
+    if pans := where(record.points, world="endless", speed=0.0, shutter=180.0):
         found = [two_sided_share(parts(p, "motion"), parts(p, "spatial")) for p in pans]
-        turns = [point.case["turn"] for point in pans]
-        shares, low, high = ([getattr(e, k) for e in found] for k in ("value", "low", "high"))
-        words = ", ".join(f"{y:.3g} at {x:g}°/s" for x, y in zip(turns, shares, strict=True))
+        drawn = estimated("meadow, 640 px", [point.case["turn"] for point in pans], found)
+        words = ", ".join(f"{y:.3g} at {x:g}°/s" for x, y in zip(drawn.x, drawn.y, strict=True))
         caption = f"Parts kept when motion is counted, shutter 180°, 24 frames/s: {words}."
         axis = "speed of the pan (degrees/s)", "parts kept ÷ by size and distance alone"
-        drawn = [Curve("meadow, 640 px", turns, shares, low, high)]
         title = "Parts that a pan hides"
-        made.append(curves("motion", title, caption, axis, drawn, ("linear", "log")))
-    if seen := {p.case["cut"]: p for p in where(topic["defocus"], what="parts")}:
+        yield curves("motion", title, caption, axis, [drawn], ("linear", "log"))
+
+
+def _defocus_plots(record: Record) -> Iterator[Plot]:
+    if seen := {p.case["cut"]: p for p in where(record.points, what="parts")}:
         drawn = []
         for cut in LENS_CUTS:
             counts = [seen[cut].column("parts", **{"from": low})[0] for low in BANDS_M[:-1]]
             drawn.append(Curve(cut, [max(low, 3.0) for low in BANDS_M[:-1]], counts))
         caption = "Parts of `crowd` by distance, of cuts that know of the lens or do not."
         axis = "near end of the band of distance (m)", "parts displayed"
-        made.append(curves("defocus", "Parts that a lens hides", caption, axis, drawn))
-    return tuple(made)
+        yield curves("defocus", "Parts that a lens hides", caption, axis, drawn)
 
 
 def _left_curve(label: str, x: list[float], left: list[tuple[Estimate, float]]) -> Curve:
@@ -485,34 +405,46 @@ EXPERIMENT = Experiment(
     topics={
         "haze": Topic(
             about="parts of each size that haze hides, from V = 0.5 to 50 km, against the law",
+            cases=lambda fields: [partial(measure_haze, *each, fields) for each in HAZE_CASES],
+            claims=_haze_claims,
+            plots=_haze_plots,
             full={"fields": 80},
             quick={"fields": 12},
             seconds=(80.0, 60.0),
         ),
         "eye": Topic(
             about="parts that display and eye leave out, from 20 to 120 pixels per degree",
+            cases=lambda fields: [
+                partial(measure_eye, species, ppd, fields)
+                for species in DENSITY
+                for ppd in PIXELS_PER_DEGREE
+            ],
+            claims=_eye_claims,
+            plots=_eye_plots,
             full={"fields": 60},
             quick={"fields": 10},
             seconds=(40.0, 30.0),
         ),
         "motion": Topic(
             about="parts that an open shutter hides, and whether the blurred picture misses them",
+            cases=_motion_cases,
+            claims=_motion_claims,
+            plots=_motion_plots,
             full={"fields": 12, "samples_per_pixel": 576, "pictured": 5},
             quick={"fields": 4, "samples_per_pixel": 32, "pictured": 1},
             seconds=(270.0, 180.0),
         ),
         "defocus": Topic(
             about="parts that a lens hides, against the law, and what that costs the picture",
+            cases=_defocus_cases,
+            claims=_defocus_claims,
+            plots=_defocus_plots,
             full={"fields": 24, "size": "160x90", "spp": [16, 64, 256]},
             quick={"fields": 8, "size": "48x27", "spp": [4, 16]},
             seconds=(600.0, 60.0),
             apart=True,
         ),
     },
-    cases=cases,
-    measure=measure,
-    claims=claims,
-    plots=plots,
     caveats=(
         "Haze and eye: flat ground and an eye 1.6 m up that looks all round; nothing hides "
         "anything. What is gone is what Barten's standard observer, 20 to 30 years old, could not "

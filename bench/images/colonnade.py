@@ -10,16 +10,16 @@ angle that each subtends at the eye.
 """
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
-from typing import Any
+from functools import lru_cache, partial
 
 import numpy as np
 from jaxtyping import Float64
 
+from bench.experiment import Case
 from bench.plots import Curve, Plot, curves
-from bench.records.records import Column, Point, columns, where
+from bench.records.records import Column, Point, Record, columns, where
 from bench.statistics.estimates import Estimate, two_sided_mean
 from lod.air import CLEAR
 from lod.camera import Camera, Corner, camera_from_heading
@@ -122,37 +122,21 @@ SHOTS = (
 _SPP = 16
 
 
-@dataclass(frozen=True)
-class Render:
-    """A render's number, added to the run's seed, and the variant that renders it."""
-
-    number: int
-    variant: str
-    topic: str = "colonnade"
+def cases(seeds: int) -> list[Case]:
+    """Return so many renders, and the case that counts parts."""
+    return [*(partial(_measure_errors, k, choose()) for k in range(seeds)), partial(_measure_parts)]
 
 
-@dataclass(frozen=True)
-class PartCounts:
-    """The case that counts the parts of every column, which are the same for every seed."""
-
-    topic: str = "colonnade"
-
-
-def cases(sizes: Mapping[str, Any]) -> list[Render | PartCounts]:
-    """Return as many renders as the sizes say, and the case that counts parts."""
-    variant = choose()
-    return [*(Render(k, variant) for k in range(sizes["seeds"])), PartCounts()]
+def _measure_parts(seed: int) -> list[Point]:
+    return [
+        Point(_named(shot, k), samples=columns({"parts": [parts]}))
+        for shot in SHOTS
+        for k, parts in enumerate(cut(shot)[1])
+    ]
 
 
-def measure(case: Render | PartCounts, seed: int) -> list[Point]:
-    """Measure a point for each shot and column: errors of one seed, or the number of parts."""
-    if isinstance(case, PartCounts):
-        return [
-            Point(_named(shot, k), samples=columns({"parts": [parts]}))
-            for shot in SHOTS
-            for k, parts in enumerate(cut(shot)[1])
-        ]
-    quality = Quality(case.variant, _SPP, seed + case.number, 4)
+def _measure_errors(number: int, variant: str, seed: int) -> list[Point]:
+    quality = Quality(variant, _SPP, seed + number, 4)
     whole, owner = picture(Shot("blake", FINEST), quality)
     seen, points = sizes(owner), []
     for shot in SHOTS:
@@ -165,7 +149,6 @@ def measure(case: Render | PartCounts, seed: int) -> list[Point]:
 
 
 def _named(shot: Shot, column: int) -> dict[str, object]:
-    """Return the case of a column in one cut, as plain data."""
     place = {"column": column, "aside": places()[column]}
     return {"topic": "colonnade", "metric": shot.metric, "detail": shot.detail, **place}
 
@@ -230,9 +213,9 @@ def mean_error(row: Sequence[Point], weight: str) -> np.ndarray:
     return np.average(error, axis=0, weights=np.array([p.values(size) for p in row]))
 
 
-def plots(points: Sequence[Point]) -> Iterator[Plot]:
+def plots(record: Record) -> Iterator[Plot]:
     """Draw sizes, then errors at 8 px by both metrics and by depth with as many parts."""
-    axis = "place of the column, to the right of the axis (m)"
+    points, axis = record.points, "place of the column, to the right of the axis (m)"
     row = columns_of(points, BLAKE)
     x = [point.case["aside"] for point in row]
     law = [image_width(each) / image_width(0.0) for each in x]

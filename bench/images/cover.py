@@ -26,10 +26,11 @@ tree are in no band.
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
-from typing import Any
+from functools import partial
 
 import numpy as np
 
+from bench.experiment import Case
 from bench.images.differences import coverage_ratio, luminance_ratio
 from bench.records.records import Column, Point, columns
 from bench.seeds import first_seed
@@ -95,8 +96,8 @@ class Outlook:
         )
 
 
-def _edges(first: float, last: float, bands: int = 8) -> tuple[float, ...]:
-    return tuple(round(float(each), 1) for each in np.geomspace(first, last, bands + 1))
+def _edges(first: float, last: float) -> tuple[float, ...]:
+    return tuple(round(float(each), 1) for each in np.geomspace(first, last, 9))
 
 
 def _far(distance: float) -> Outlook:
@@ -145,7 +146,7 @@ AIRS = ("preset", "clear")
 
 
 @dataclass(frozen=True)
-class Case:
+class Shot:
     """One way to prune one look; ``cover`` says whether the far cover is drawn."""
 
     look: str
@@ -154,10 +155,10 @@ class Case:
     cover: bool
 
 
-def pictures() -> list[Case]:
+def pictures() -> list[Shot]:
     """Return every look through both airs, by every detail, with cover and without."""
     return [
-        Case(look, air, detail, cover)
+        Shot(look, air, detail, cover)
         for look in LOOKS
         for air in AIRS
         for detail in LOOKS[look].details
@@ -209,32 +210,26 @@ Bands = tuple[Column, ...]
 """The columns of sums in each band, of each picture."""
 
 
-@dataclass(frozen=True)
-class Field:
-    """A field of a look; ``unseen`` says whether it is for judging, or anybody may look at it."""
-
-    look: str
-    number: int
-    unseen: bool
-    topic: str = "cover"
-
-    def world_seed(self, seed: int) -> int:
-        """Return the seed of its world in a run of a seed."""
-        return first_seed(self.unseen, 2) + 20 * seed + self.number
-
-
-def cases(sizes: Mapping[str, Any]) -> list[Field]:
-    """Return as many fields of every look as the sizes say."""
-    counts = sizes["fields"].items()
-    return [Field(look, k, sizes["unseen"]) for look, count in counts for k in range(count)]
-
-
-def measure(case: Field, seed: int) -> list[Point]:
-    """Measure one field in all pictures of one look: a point for each picture."""
-    mine = [each for each in pictures() if each.look == case.look]
-    found = field(case.look, case.world_seed(seed), mine)
+def cases(fields: Mapping[str, int], unseen: bool) -> list[Case]:
+    """Return so many fields of every look, for judging or that anybody may look at."""
     return [
-        Point({"topic": case.topic, **asdict(each)}, samples=bands) for each, bands in found.items()
+        partial(measure, look, number, unseen)
+        for look, count in fields.items()
+        for number in range(count)
+    ]
+
+
+def world_seed(number: int, unseen: bool, seed: int) -> int:
+    """Return the seed of a field's world in a run of a seed."""
+    return first_seed(unseen, 2) + 20 * seed + number
+
+
+def measure(look: str, number: int, unseen: bool, seed: int) -> list[Point]:
+    """Measure one field in all pictures of one look: a point for each picture."""
+    mine = [each for each in pictures() if each.look == look]
+    found = field(look, world_seed(number, unseen, seed), mine)
+    return [
+        Point({"topic": "cover", **asdict(each)}, samples=bands) for each, bands in found.items()
     ]
 
 
@@ -246,7 +241,7 @@ class Seen:
     land: np.ndarray
 
 
-def field(look: str, seed: int, wanted: Sequence[Case]) -> dict[Case, Bands]:
+def field(look: str, seed: int, wanted: Sequence[Shot]) -> dict[Shot, Bands]:
     """Measure one field in the ``wanted`` pictures of one look, band by band."""
     presets = {case.air: preset_of(look, case.air, seed) for case in wanted}
     outlook, scene = LOOKS[look], Scene(next(iter(presets.values())))

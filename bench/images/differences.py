@@ -23,17 +23,20 @@ One-sided bounds are Student's t: the truth is above the upper bound in 5 % of e
 below the lower bound in 5 %, so both together are a two-sided 90 % interval.
 """
 
-import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float, Float64, Int64
-from scipy import stats
 
 from bench.records.records import Column, Key, Point, columns
-from bench.statistics.estimates import Estimate, two_sided_paired_ratio, two_sided_ratio_of_means
-from bench.statistics.fits import ONE_SIDED_CONFIDENCE, noise_free, one_sided_mean
+from bench.statistics.estimates import (
+    Estimate,
+    one_sided_mean,
+    two_sided_paired_ratio,
+    two_sided_ratio_of_means,
+)
+from bench.statistics.fits import noise_free
 from lod.arrays import Reals, freeze
 from lod.errors import InputError
 from scenes.frame.frame_input import FrameInput
@@ -58,37 +61,14 @@ Picture = Float[np.ndarray, "_ _ 3"]
 """A picture as it is displayed: sRGB-encoded, 0 to 1, exposure and tone curve applied."""
 
 
-@dataclass(frozen=True)
-class ExcessFlip:
-    """An excess of FLIP over its noise floor, means over pairs of seeds.
+def one_sided_excess(tested: Reals, noise: Reals) -> Estimate:
+    """Estimate FLIP beyond the noise floor from both terms of each pair of seeds, (pairs,) each.
 
-    excess     the mean excess
-    low, high  its one-sided 95 % bounds: the truth is past each of them in 1 of 20 experiments
-    floor      FLIP of the reference against itself with another seed
-    pairs      how many independent pairs of seeds there are
-    """
-
-    excess: float
-    low: float
-    high: float
-    floor: float
-    pairs: int
-
-
-def one_sided_excess(tested: Reals, noise: Reals) -> ExcessFlip:
-    """Compute the excess and its one-sided bounds from both terms of each pair, (pairs,) each.
-
-    Raises InputError for fewer than LEAST_PAIRS pairs.
+    Its bounds are one-sided. Raises InputError for fewer than LEAST_PAIRS pairs.
     """
     if len(tested) < LEAST_PAIRS:
         raise InputError("pairs", len(tested), f"at least {LEAST_PAIRS} pairs of seeds")
-    excess = tested - noise
-    error = float(excess.std(ddof=1)) / math.sqrt(len(excess))
-    mean, reach = (
-        float(excess.mean()),
-        float(stats.t.ppf(ONE_SIDED_CONFIDENCE, len(excess) - 1)) * error,
-    )
-    return ExcessFlip(mean, mean - reach, mean + reach, float(noise.mean()), len(excess))
+    return one_sided_mean(tested - noise)
 
 
 def mean_flip(
@@ -101,28 +81,17 @@ def mean_flip(
     return _evaluated(test, reference, pixels_per_degree, False)[1]
 
 
-def flip_by_pixel(test: Picture, reference: Picture) -> Reals:
-    """Return FLIP of every pixel of two displayed pictures, row by row, (h·w,).
-
-    Raises as ``mean_flip`` does.
-    """
-    return _evaluated(test, reference, PIXELS_PER_DEGREE, False)[0].astype(np.float64).ravel()
-
-
-def flip_map(
-    test: Picture, reference: Picture, pixels_per_degree: float = PIXELS_PER_DEGREE
-) -> Picture:
+def flip_map(test: Picture, reference: Picture) -> Picture:
     """Return FLIP of every pixel in its authors' colours: dark where it is 0, bright where it is 1.
 
     Raises InputError for pictures of different shapes and for values outside 0 to 1.
     """
-    return _evaluated(test, reference, pixels_per_degree, True)[0]
+    return _evaluated(test, reference, PIXELS_PER_DEGREE, True)[0]
 
 
 def _evaluated(
     test: Picture, reference: Picture, pixels_per_degree: float, coloured: bool
 ) -> tuple[np.ndarray, float]:
-    """Return the map of FLIP and its mean."""
     import flip_evaluator
 
     for name, picture in (("test", test), ("reference", reference)):
@@ -226,7 +195,10 @@ def flips_by_pixel(tested: Sequence[Radiance], reference: Sequence[Radiance]) ->
         [to_srgb(each, exposure).astype(np.float32) for each in pictures]
         for pictures in (tested, reference)
     )
-    return [flip_by_pixel(one, other) for one, other in zip(*shown, strict=True)]
+    return [
+        _evaluated(one, other, PIXELS_PER_DEGREE, False)[0].astype(np.float64).ravel()
+        for one, other in zip(*shown, strict=True)
+    ]
 
 
 def band_name(edges_m: Sequence[float], band: int) -> str:
@@ -263,15 +235,10 @@ def coverage_ratio(
     return two_sided_paired_ratio(*band_sums(point, "rays", band, pictures))
 
 
-def flip_columns(point: Point) -> list[Column]:
-    """Return the columns of mean FLIP [ppm], from the fewest samples of a pixel to the most."""
-    mine = [each for each in point.samples if each.quantity == "flip_ppm"]
-    return sorted(mine, key=lambda each: int(each.keys["samples"]))
-
-
 def errors(point: Point) -> Reals:
     """Return mean FLIP without noise of every replicate, (n,)."""
-    found = flip_columns(point)
+    mine = [each for each in point.samples if each.quantity == "flip_ppm"]
+    found = sorted(mine, key=lambda each: int(each.keys["samples"]))
     counts = np.array([each.keys["samples"] for each in found], np.float64)
     return noise_free(counts, np.array([each.values for each in found]) / 1e6)
 
@@ -349,7 +316,6 @@ def picture_errors(tested: Sequence[Radiance], whole: Reference) -> tuple[Column
 
 
 def _errors(tested: Sequence[Radiance], whole: Reference) -> dict[str, list[int]]:
-    """Return FLIP, SSIM and relMSE of every pair, with noise."""
     pairs = range(len(tested))
     test, other = (
         [to_srgb(p, whole.exposure).astype(np.float32) for p in row]
@@ -392,7 +358,6 @@ def _product(one: Radiance, two: Radiance, whole: Reference) -> float:
 
 
 def _luminances(tested: Sequence[Radiance], whole: Reference) -> list[Column]:
-    """Return the mean luminance of every picture, by the reference's bands of distance."""
     edges = (*BAND_EDGES_M, float(SKY_Z))
     made: list[Column] = []
     for low, high in zip(edges, (*edges[1:], np.inf), strict=True):

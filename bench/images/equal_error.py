@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float64
 
-from bench.records.records import Key, Point, grouped
+from bench.records.records import Point, grouped
 from bench.statistics.estimates import Estimate, two_sided_factor
 from lod.arrays import Reals, freeze
 
@@ -51,11 +51,6 @@ class Reached:
         """The τ at equal error, estimated [px]."""
         return two_sided_factor(self.details)
 
-    @property
-    def part_count(self) -> Estimate:
-        """The number of parts displayed at equal error, estimated."""
-        return two_sided_factor(self.parts)
-
 
 def equal_error(
     points: Sequence[Point], errors: Callable[[Point], Reals], error: float = EQUAL_ERROR
@@ -73,16 +68,6 @@ def equal_error(
         crossed = crossings(details, found, np.array(parts), error)
         made[metric] = Reached(metric, crossed[:, 0], crossed[:, 1])
     return made
-
-
-def excesses(point: Point) -> Reals:
-    """Return the excess FLIP of every pair of seeds, (pairs,)."""
-    return column(point, "flip") - column(point, "flip_floor")
-
-
-def column(point: Point, quantity: str, **keys: Key) -> Reals:
-    """Return a column of millionths as numbers of its unit."""
-    return point.values(quantity, **keys) / 1e6
 
 
 def crossings(

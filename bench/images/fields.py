@@ -12,13 +12,14 @@ over the reference's ground. Fields are the replicates: every column has a numbe
 """
 
 import gc
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
 
+from bench.experiment import Case
 from bench.images.differences import (
     PIXELS_PER_DEGREE,
     REFERENCE,
@@ -113,6 +114,11 @@ class Field:
     unseen: bool
     size: str
 
+    @property
+    def label(self) -> str:
+        """The number of the field, and the view."""
+        return f"field {self.number}, {self.view}"
+
     def preset(self, seed: int) -> Preset:
         """Load the preset as it is seen here, in a run of a seed."""
         sun = SUN_ELEVATIONS_DEG[self.number % len(SUN_ELEVATIONS_DEG)]
@@ -135,21 +141,8 @@ class Field:
 
 
 def _grass_alone() -> dict[str, Any]:
-    """Return `meadow` with its grass alone, by the metric of the view."""
     meadow = load_preset("meadow").model_dump(mode="json")
     return meadow | {"species": {"sward": meadow["species"]["sward"] | {"metric": None}}}
-
-
-def fields(sizes: Mapping[str, Any]) -> list[Field]:
-    """Return every field in every view, for the headline pictures."""
-    rest = sizes["unseen"], sizes["size"]
-    return [Field(view, k, *rest) for k in range(sizes["fields"]) for view in VIEWS]
-
-
-def swept_fields(sizes: Mapping[str, Any]) -> list[Field]:
-    """Return the fields in which metrics are compared."""
-    rest = sizes["unseen"], sizes["sweep_size"]
-    return [Field(view, k, *rest) for k in range(sizes["sweep_fields"]) for view in SWEPT]
 
 
 @lru_cache(maxsize=1)
@@ -160,7 +153,8 @@ def scene_of(field: Field, seed: int) -> Scene:
 
 def reference(world: World, view: View) -> Shown:
     """Display the reference of a view."""
-    return (*_whole_ground(world, view), *_whole_species(world, view))
+    ground = display_ground(world, _plain(view), GROUND_DETAIL, SPECIES_DETAIL)
+    return (*ground, *_whole_species(world, view))
 
 
 def displayed(world: World, view: View, pruned: str, metric: str, detail: float) -> Shown:
@@ -182,10 +176,6 @@ def displayed(world: World, view: View, pruned: str, metric: str, detail: float)
 
 def _plain(view: View) -> View:
     return replace(view, fade=0.0, conditions=None, metric=METRICS["blake"])
-
-
-def _whole_ground(world: World, view: View) -> Shown:
-    return display_ground(world, _plain(view), GROUND_DETAIL, SPECIES_DETAIL)
 
 
 def _whole_species(world: World, view: View) -> Shown:
@@ -252,100 +242,87 @@ Way = tuple[str, str, float]
 """What is pruned, by which metric, and at which detail [px]."""
 
 
-@dataclass(frozen=True)
-class Compared:
-    """A field whose reference is compared with what is pruned in some ways.
-
-    what  ``headline`` or ``sweep``
-    """
-
-    what: str
-    field: Field
-    ways: tuple[Way, ...]
-    looks: Looks
-    variant: str
-    topic: str = "fidelity"
-
-    @property
-    def label(self) -> str:
-        """The name of the case, in short."""
-        return f"{self.what}, field {self.field.number}, {self.field.view}"
-
-
-def cases(sizes: Mapping[str, Any], metric: str | None = None) -> list[Compared]:
+def cases(
+    fields: int,
+    size: str,
+    samples: Sequence[int],
+    light_passes: int,
+    sweep_fields: int,
+    sweep_size: str,
+    sweep_samples: Sequence[int],
+    details: Sequence[float],
+    grass_details: Sequence[float],
+    unseen: bool,
+    metric: str | None = None,
+) -> list[Case]:
     """Return the headline pictures of every field, and the sweeps, with ``metric`` in them."""
-    variant = choose()
-    looks = Looks(tuple(sizes["samples"]), sizes["light_passes"])
-    made = [Compared("headline", f, _ways(f), looks, variant) for f in fields(sizes)]
-    looks = Looks(tuple(sizes["sweep_samples"]), 0)
-    swept = swept_fields(sizes)
-    return made + [Compared("sweep", f, _sweep(f, sizes, metric), looks, variant) for f in swept]
+    made: list[Case] = []
+    headlines = Looks(tuple(samples), light_passes), choose()
+    for number in range(fields):
+        alone = () if number % ALONE_EVERY else (NOTHING, SPECIES, GROUND)
+        ways = tuple((pruned, "blake", 1.0) for pruned in (EVERYTHING, *alone))
+        for view in VIEWS:
+            field = Field(view, number, unseen, size)
+            made.append(partial(measure, "headline", field, ways, *headlines))
+    for number in range(sweep_fields):
+        for view in SWEPT:
+            field, grass = Field(view, number, unseen, sweep_size), view == GRASS
+            tried = (*(GRASS_METRICS if grass else METRICS_TRIED), *([metric] if metric else []))
+            several = grass_details if grass else details
+            ways = tuple((SPECIES, name, detail) for name in tried for detail in several)
+            looks = Looks(tuple(sweep_samples), 0)
+            made.append(partial(measure, "sweep", field, ways, looks, choose()))
+    return made
 
 
-def _ways(field: Field) -> tuple[Way, ...]:
-    alone = () if field.number % ALONE_EVERY else (NOTHING, SPECIES, GROUND)
-    return tuple((pruned, "blake", 1.0) for pruned in (EVERYTHING, *alone))
+def measure(
+    what: str, field: Field, ways: tuple[Way, ...], looks: Looks, variant: str, seed: int
+) -> list[Point]:
+    """Look at the reference of one field, then at each way to prune it: a point for each.
 
-
-def _sweep(field: Field, sizes: Mapping[str, Any], metric: str | None) -> tuple[Way, ...]:
-    grass = field.view == GRASS
-    tried = (*(GRASS_METRICS if grass else METRICS_TRIED), *([metric] if metric else []))
-    details = sizes["grass_details" if grass else "details"]
-    return tuple((SPECIES, name, detail) for name in tried for detail in details)
-
-
-def measure(case: Compared, seed: int) -> list[Point]:
-    """Look at the reference of one field, then at each way to prune it: a point for each."""
-    scene = scene_of(case.field, seed)
+    ``what`` is ``headline`` or ``sweep``.
+    """
+    scene = scene_of(field, seed)
     world, view = scene.world, scene.view(1)
-    whole = _look(case, reference(world, view), seed, REFERENCE)
-    made = []
-    for way in case.ways:
-        shown = displayed(world, view, *way)
-        parts = parts_in(world, shown)
-        seen = _look(case, shown, seed, TESTED)
-        made.append(_point(case, seed, way, parts, seen, whole))
+
+    def seen_of(shown: Shown, first: int) -> Seen:
+        gc.collect()  # a scene that was built before is large
+        frame_input = _input(field, shown, variant, seed, max(looks.samples))
+        return look(frame_input, looks, np.array(EDGES_M), first)
+
+    whole, made = seen_of(reference(world, view), REFERENCE), []
+    for pruned, metric, detail in ways:
+        shown = displayed(world, view, pruned, metric, detail)
+        parts, seen = parts_in(world, shown), seen_of(shown, TESTED)
+        counted = {
+            "field": [field.number],
+            "world_seed": [scene.preset.seed],
+            "prototype_seed": [field.prototype_seed],
+            "parts": [parts],
+            "sticks": [seen.sticks],
+            "triangles": [seen.triangles],
+        }
+        named: dict[str, Any] = {"topic": "fidelity", "what": what, "view": field.view}
+        named |= {"pruned": pruned, "metric": metric, "detail": detail}
+        found = _seen_columns(looks, seen, whole, by_band=what == "headline")
+        made.append(Point(named, samples=(*columns(counted), *found)))
         del shown, seen
     return made
 
 
-def _look(case: Compared, shown: Shown, seed: int, first: int) -> Seen:
-    gc.collect()  # a scene that was built before is large
-    frame_input = _input(case.field, shown, case.variant, seed, max(case.looks.samples))
-    return look(frame_input, case.looks, np.array(EDGES_M), first)
-
-
-def _point(case: Compared, seed: int, way: Way, parts: int, tested: Seen, whole: Seen) -> Point:
-    """Make a point: FLIP [10⁻⁶], and for headlines what each band of distance shows."""
-    preset = case.field.preset(seed)
-    counted = {
-        "field": [case.field.number],
-        "world_seed": [preset.seed],
-        "prototype_seed": [case.field.prototype_seed],
-        "parts": [parts],
-        "sticks": [tested.sticks],
-        "triangles": [tested.triangles],
-    }
-    bands = np.digitize(whole.Z.astype(np.float64).ravel(), np.array(EDGES_M)[1:-1])
-    found: list[Column] = []
+def _seen_columns(looks: Looks, tested: Seen, whole: Seen, by_band: bool) -> Iterator[Column]:
+    """Yield FLIP [10⁻⁶], and what each band of distance shows."""
+    bands, count = np.digitize(whole.Z.astype(np.float64).ravel(), EDGES_M[1:-1]), len(EDGES_M) - 1
     for k, flip in enumerate(flips_by_pixel(tested.pictures, whole.pictures)):
-        keys: dict[str, Key] = {"samples": case.looks.samples[k], "number": k}
-        found.append(Column("flip_ppm", [round(1e6 * float(flip.mean()))], keys))
-        if case.what == "headline":
-            found += sums_by_band(
-                "flip_sum_ppm", np.bincount(bands, flip, len(np.array(EDGES_M)) - 1), keys
-            )
-    if case.what == "headline":
-        found += sums_by_band(
-            "pixels", np.bincount(bands, minlength=len(np.array(EDGES_M)) - 1) / 1e6, {}
-        )
+        keys: dict[str, Key] = {"samples": looks.samples[k], "number": k}
+        yield Column("flip_ppm", [round(1e6 * float(flip.mean()))], keys)
+        if by_band:
+            yield from sums_by_band("flip_sum_ppm", np.bincount(bands, flip, count), keys)
+    if by_band:
+        yield from sums_by_band("pixels", np.bincount(bands, minlength=count), {}, 1)
         for which, seen in (("tested", tested), ("reference", whole)):
-            found += sums_by_band("light", seen.land.light, {"picture": which})
-            found += sums_by_band("rays", seen.land.rays / 1e6, {"picture": which})
-    pruned, metric, detail = way
-    named: dict[str, Any] = {"topic": case.topic, "what": case.what, "view": case.field.view}
-    named |= {"pruned": pruned, "metric": metric, "detail": detail}
-    return Point(named, samples=(*columns(counted), *found))
+            yield from sums_by_band("light", seen.land.light, {"picture": which})
+            yield from sums_by_band("rays", seen.land.rays, {"picture": which}, 1)
 
 
 def judged_bands(point: Point) -> list[int]:

@@ -5,19 +5,18 @@ of two discs on the picture plane, sampled at FINENESS² places of each pixel. A
 when any of its places is; ``area`` counts the places themselves.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any
+from functools import partial
 
 import numpy as np
 
 from bench.counting import FLAT
+from bench.experiment import Case
 from bench.part_sizes import camera, density_of, prototypes_with, seed_of
 from bench.records.records import Point, columns
 from lod.arrays import Ints, Reals
 from lod.crossfade import blend_weights
 from lod.pruner import prune
-from lod.shapes import Sticks, StickTable
+from lod.shapes import StickTable
 from lod.view import View
 from scenes.appearance.visible_area import first_met
 from scenes.field.species_field import Species, SpeciesField
@@ -40,33 +39,16 @@ NEAREST = 2.0
 """The distance, in bounds of an object, below which it is left out: it is about the eye."""
 
 
-@dataclass(frozen=True)
-class Case:
-    """A species, the metric and detail [px] that prune it, and the most objects that are drawn."""
-
-    species: str
-    metric: str
-    detail: float
-    objects: int
-    topic: str = "pixels"
-
-
-def cases(sizes: Mapping[str, Any], metric: str | None = None) -> list[Case]:
+def cases(objects: int, metric: str | None = None) -> list[Case]:
     """Return every species by every metric and detail; ``metric`` is one of them."""
     metrics = (*METRICS_TRIED, *([metric] if metric else []))
-    return [Case(s, m, d, sizes["objects"]) for s in SPECIES for m in metrics for d in DETAILS]
+    return [partial(measure, s, m, d, objects) for s in SPECIES for m in metrics for d in DETAILS]
 
 
-def measure(case: Case, seed: int) -> Point:
-    """Measure parts, pixels and area of the objects of one field."""
-    found = drawn(case.species, case.metric, case.detail, case.objects, seed)
-    named = {
-        "topic": case.topic,
-        "species": case.species,
-        "metric": case.metric,
-        "detail": case.detail,
-    }
-    return Point(named, samples=columns(found))
+def measure(species: str, metric: str, detail: float, objects: int, seed: int) -> Point:
+    """Measure parts, pixels and area of at most so many objects of one field."""
+    named = {"topic": "pixels", "species": species, "metric": metric, "detail": detail}
+    return Point(named, samples=columns(drawn(species, metric, detail, objects, seed)))
 
 
 def drawn(species: str, metric: str, detail: float, most: int, seed: int) -> dict[str, list[int]]:
@@ -88,28 +70,17 @@ def drawn(species: str, metric: str, detail: float, most: int, seed: int) -> dic
     rows = np.flatnonzero(np.isin(parts.object, chosen))
     shape = field.prototypes.sticks(parts.take(rows), weights.take(rows))
     count = np.bincount(parts.object[rows])[chosen]
-    found = [
-        covered(stick_rows(shape, mine), view, rng.integers(0, FINENESS, 2))
-        for mine in _by_object(parts.object[rows][shape.owner], chosen)
-    ]
+    owner = parts.object[rows][shape.owner]
+    order = np.argsort(owner, kind="stable")
+    ends = np.searchsorted(owner[order], [chosen, chosen + 1])
+    columns_ = shape.start, shape.end, shape.start_radius, shape.end_radius
+    found = []
+    for a, b in ends.T:  # the sticks of each object follow each other
+        sticks = tuple(np.asarray(each[order[a:b]]) for each in columns_)
+        found.append(covered(sticks, view, rng.integers(0, FINENESS, 2)))
     pixels, area = zip(*found, strict=True)
     thousandths = [round(1000 * each) for each in area]
     return {"parts": count.tolist(), "pixels": list(pixels), "area": thousandths}
-
-
-def _by_object(owner: np.ndarray, chosen: np.ndarray) -> list[np.ndarray]:
-    """Return the rows of the sticks of each object, which follow each other."""
-    order = np.argsort(owner, kind="stable")
-    ends = np.searchsorted(owner[order], [chosen, chosen + 1])
-    return [order[a:b] for a, b in ends.T]
-
-
-def stick_rows(shape: Sticks, rows: Ints) -> tuple[np.ndarray, ...]:
-    """Return the ends and radii of some sticks."""
-    return tuple(
-        np.asarray(each[rows])
-        for each in (shape.start, shape.end, shape.start_radius, shape.end_radius)
-    )
 
 
 def covered(sticks: tuple[np.ndarray, ...], view: View, phase: Ints) -> tuple[int, float]:
@@ -142,9 +113,7 @@ def covered(sticks: tuple[np.ndarray, ...], view: View, phase: Ints) -> tuple[in
     return int(blocks.any(axis=(1, 3)).sum()), float(seen.sum()) / FINENESS**2
 
 
-def ratios(point: Point, out_of: str = "pixels") -> Reals:
-    """Return parts ÷ pixels of every object, or parts ÷ ``area`` [px] where it is not 0."""
-    parts, covered = (point.values(k) for k in ("parts", out_of))
-    if out_of == "area":
-        covered = covered / 1000
+def ratios(point: Point) -> Reals:
+    """Return parts ÷ pixels of every object that covers any."""
+    parts, covered = (point.values(k) for k in ("parts", "pixels"))
     return parts[covered > 0] / covered[covered > 0]

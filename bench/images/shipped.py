@@ -16,12 +16,13 @@ the detail of what stands on it: nothing is then in the picture twice, and nothi
 
 import gc
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from functools import partial
 
 import numpy as np
 
+from bench.experiment import Case
 from bench.images.differences import REFERENCE, TESTED, Looks, Seen, flips, look, sums_by_band
 from bench.records.records import Column, Point, columns
 from bench.seeds import first_seed
@@ -165,6 +166,11 @@ class Place:
     settings: tuple[str, ...]
     frame: int = 1
 
+    @property
+    def label(self) -> str:
+        """The preset and the number of the place."""
+        return f"{self.preset}, place {self.number}"
+
     def load(self) -> Preset:
         """Load the preset as it is seen here."""
         return load_preset(self.preset, self.settings)
@@ -200,57 +206,47 @@ Way = tuple[str, float]
 """What is pruned, and at which detail relative to the shipped one."""
 
 
-@dataclass(frozen=True)
-class Sight:
-    """A place that is looked at.
-
-    apart            whether the ground and the rest are also pruned apart
-    reference_bytes  the most memory that the reference may be predicted to need
-    """
-
-    place: Place
-    apart: bool
-    looks: Looks
-    variant: str
-    reference_bytes: int
-    topic: str = "fidelity_shipped"
-
-    @property
-    def label(self) -> str:
-        """The name of the case, in short."""
-        return f"{self.place.preset}, place {self.place.number}"
-
-
-def cases(sizes: Mapping[str, Any]) -> list[Sight]:
-    """Return the places of every preset."""
-    looks, variant = Looks(tuple(sizes["samples"]), sizes["light_passes"]), choose()
+def cases(
+    presets: Mapping[str, int],
+    apart: Sequence[str],
+    size: str,
+    unseen: bool,
+    samples: Sequence[int],
+    light_passes: int,
+    reference_bytes: int,
+) -> list[Case]:
+    """Return the places of every preset; of those ``apart`` ground and rest stand alone, too."""
+    looks = Looks(tuple(samples), light_passes)
     return [
-        Sight(place, name in sizes["apart"], looks, variant, sizes["reference_bytes"])
-        for name, count in sizes["presets"].items()
-        for place in places(name, count, sizes["size"], first_seed(sizes["unseen"]))
+        partial(measure, place, name in apart, looks, choose(), reference_bytes)
+        for name, count in presets.items()
+        for place in places(name, count, size, first_seed(unseen))
     ]
 
 
-def measure(case: Sight, seed: int) -> list[Point]:
+def measure(
+    place: Place, apart: bool, looks: Looks, variant: str, reference_bytes: int, seed: int
+) -> list[Point]:
     """Look at one place: a point of the reference itself, and one of every way to prune it.
 
-    ``seed`` is that of the pictures' samples.
+    Where it is ``apart``, the ground and the rest are also pruned alone. The reference may be
+    predicted to need ``reference_bytes`` at most; ``seed`` is that of the pictures' samples.
     """
-    scene = Scene(case.place.load())
-    world, view = scene.world, scene.view(case.place.frame)
-    quality = frame_quality(scene.preset, case.variant)
-    quality = replace(quality, seed=seed, spp=max(case.looks.samples))
+    scene = Scene(place.load())
+    world, view = scene.world, scene.view(place.frame)
+    quality = frame_quality(scene.preset, variant)
+    quality = replace(quality, seed=seed, spp=max(looks.samples))
     edges_m, tau = band_edges(scene.preset), view.detail
 
     def seen(shown: Shown, first: int) -> Seen:
         gc.collect()  # a scene that was built before is large
         light = sun_and_sky(scene.preset)
         frame_input = FrameInput(view.camera, shown, scene.air, light, quality)
-        return look(frame_input, case.looks, edges_m, first)
+        return look(frame_input, looks, edges_m, first)
 
     others = display_others(world, view, tau)
     shipped = (*display_ground(world, view, tau, tau), *others)
-    fine, needed = reference_detail(world, view, shipped, quality, case.reference_bytes)
+    fine, needed = reference_detail(world, view, shipped, quality, reference_bytes)
     tested: dict[Way, Seen] = {(EVERYTHING, 1.0): seen(shipped, TESTED)}
     del shipped
     whole = display_others(world, view, fine)
@@ -258,7 +254,7 @@ def measure(case: Sight, seed: int) -> list[Point]:
     once, again = (seen(reference, first) for first in (REFERENCE, TESTED))
     del reference
     tested = {(NOTHING, 1.0): again} | tested
-    if case.apart:
+    if apart:
         rest = (*display_ground(world, view, fine, tau), *others)
         tested[REST, 1.0] = seen(rest, TESTED)
         del rest
@@ -266,44 +262,25 @@ def measure(case: Sight, seed: int) -> list[Point]:
             alone = (*display_ground(world, view, step * tau, fine), *whole)
             tested[GROUND, step] = seen(alone, TESTED)
     limits = {"reference_ppm": [round(1e6 * fine)], "reference_bytes": [needed]}
-    return [
-        _point(case, limits | {"detail_ppm": [round(1e6 * tau * way[1])]}, way, each, once)
-        for way, each in tested.items()
-    ]
+    made = []
+    for (pruned, step), each in tested.items():
+        case = {"topic": "fidelity_shipped", "preset": place.preset, "pruned": pruned, "step": step}
+        about = {"place": [place.number], "world_seed": [scene.preset.seed]}
+        drawn = {"sticks": [each.sticks], "triangles": [each.triangles]}
+        details = limits | {"detail_ppm": [round(1e6 * tau * step)]}
+        samples = columns(about | drawn | details)
+        made.append(Point(case, samples=(*samples, *_seen_columns(looks, each, once))))
+    return made
 
 
-def _point(
-    case: Sight, details: dict[str, list[int]], way: Way, tested: Seen, reference: Seen
-) -> Point:
-    """Make a point: FLIP [ppm], and of both pictures luminance [10⁻⁶] and rays of every band."""
-    errors = zip(case.looks.samples, flips(tested.pictures, reference.pictures), strict=True)
-    counts = {
-        "place": [case.place.number],
-        "world_seed": [case.place.load().seed],
-        "sticks": [tested.sticks],
-        "triangles": [tested.triangles],
-    }
-    lands = {"tested": tested.land, "reference": reference.land}
-    return Point(
-        {
-            "topic": case.topic,
-            "preset": case.place.preset,
-            "pruned": way[0],
-            "step": way[1],
-        },
-        samples=(
-            *columns(counts | details),
-            *(Column("flip_ppm", [round(1e6 * each)], {"samples": n}) for n, each in errors),
-            *(
-                each
-                for which, land in lands.items()
-                for each in (
-                    *sums_by_band("light", land.light, {"picture": which}),
-                    *sums_by_band("rays", land.rays, {"picture": which}, 1),
-                )
-            ),
-        ),
-    )
+def _seen_columns(looks: Looks, tested: Seen, reference: Seen) -> Iterator[Column]:
+    """Yield FLIP [ppm], and of both pictures luminance [10⁻⁶] and rays of every band."""
+    errors = flips(tested.pictures, reference.pictures)
+    for spp, each in zip(looks.samples, errors, strict=True):
+        yield Column("flip_ppm", [round(1e6 * each)], {"samples": spp})
+    for which, land in (("tested", tested.land), ("reference", reference.land)):
+        yield from sums_by_band("light", land.light, {"picture": which})
+        yield from sums_by_band("rays", land.rays, {"picture": which}, 1)
 
 
 def band_edges(preset: Preset) -> np.ndarray:
@@ -320,50 +297,34 @@ def band_edges(preset: Preset) -> np.ndarray:
 
 def light_ratios(point: Point) -> Reals:
     """Return the land's mean luminance, pruned ÷ reference, of every place, (places,)."""
-    (light, rays), (whole, of_all) = (
-        [_bands_of(point, name, which).sum(axis=0) for name in ("light", "rays")]
-        for which in ("tested", "reference")
-    )
+    light, rays, whole, of_all = (each.sum(axis=0) for each in _sums(point))
     return np.asarray((light / rays) / (whole / of_all))
 
 
-@dataclass(frozen=True, eq=False)
-class Band:
-    """One band of distance of a preset, in the places where it holds enough of the land.
+def judged_bands(point: Point) -> dict[int, Reals]:
+    """Return mean luminance, pruned ÷ reference, of bands in the places that hold enough of them.
 
-    share     share of the reference's land that it holds there
-    light     mean luminance, pruned ÷ reference, (places,)
-    coverage  share of the picture that it fills, pruned ÷ reference, (places,)
+    A place holds enough where at least LEAST_SHARE of its land is in the band.
     """
-
-    number: int
-    share: float
-    light: Reals
-    coverage: Reals
-
-    @property
-    def off(self) -> bool:
-        """Whether its mean luminance over places is farther off than it may be."""
-        return bool(abs(self.light.mean() - 1) > MOST_LIGHT_OF_BAND)
+    light, rays, whole, of_all = _sums(point)
+    here = (of_all >= LEAST_SHARE * of_all.sum(axis=0)) & (rays > 0)
+    return {
+        k: (light[k][h] / rays[k][h]) / (whole[k][h] / of_all[k][h])
+        for k, h in enumerate(here)
+        if h.any()
+    }
 
 
-def judged_bands(point: Point) -> list[Band]:
-    """Return the bands that hold at least LEAST_SHARE of the land in a place or more."""
-    (light, rays), (whole, of_all) = (
-        [_bands_of(point, name, which) for name in ("light", "rays")]
+def bands_off(point: Point) -> int:
+    """Count the bands whose mean luminance over places is farther off than it may be."""
+    tones = judged_bands(point).values()
+    return sum(bool(abs(tone.mean() - 1) > MOST_LIGHT_OF_BAND) for tone in tones)
+
+
+def _sums(point: Point) -> list[np.ndarray]:
+    """Return light and rays of the tested picture, then of the reference, (bands, places) each."""
+    return [
+        np.array([point.values(name, picture=which, band=k) for k in range(BANDS)])
         for which in ("tested", "reference")
-    )
-    share, made = of_all / of_all.sum(axis=0), []
-    for k in range(BANDS):
-        here = (share[k] >= LEAST_SHARE) & (rays[k] > 0)
-        if here.any():
-            tone = (light[k] / np.maximum(rays[k], 1))[here] / (whole[k][here] / of_all[k][here])
-            coverage = rays[k][here] / of_all[k][here]
-            made.append(Band(k, float(share[k][here].mean()), tone, coverage))
-    return made
-
-
-def _bands_of(point: Point, quantity: str, picture: str) -> np.ndarray:
-    """Return sums of a quantity in one picture, (bands, places)."""
-    rows = [point.values(quantity, picture=picture, band=k) for k in range(BANDS)]
-    return np.array(rows)
+        for name in ("light", "rays")
+    ]

@@ -6,14 +6,13 @@ the frequencies above 1/(2τ) cycles a pixel, and no others. Pictures show albed
 sampled at the same places: there is no noise in them.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
-from functools import lru_cache
-from typing import Any
+from dataclasses import replace
+from functools import lru_cache, partial
 
 import numpy as np
 from jaxtyping import Float64
 
+from bench.experiment import Case
 from bench.records.records import Column, Point, Prediction
 from lod.air import CLEAR
 from lod.arrays import Reals
@@ -51,26 +50,19 @@ SCENE = (
 Picture = Float64[np.ndarray, "h w"]
 
 
-@dataclass(frozen=True)
-class Case:
-    """A heading of the camera [degrees], and the variant that renders the picture."""
-
-    heading: float
-    variant: str
-    topic: str = "spectrum"
-
-
-def cases(sizes: Mapping[str, Any]) -> list[Case]:
-    """Return as many directions as the sizes say, evenly all round."""
-    count, variant = sizes["directions"], choose()
-    return [Case(360.0 * number / count - 180.0, variant) for number in range(count)]
+def cases(directions: int) -> list[Case]:
+    """Return so many directions, evenly all round."""
+    return [
+        partial(measure, 360.0 * number / directions - 180.0, choose())
+        for number in range(directions)
+    ]
 
 
-def measure(case: Case, seed: int) -> list[Point]:
-    """Measure, for each detail, the powers of every octave, in 10⁻¹²."""
-    whole, points = picture(case.heading, None, case.variant, seed), []
+def measure(heading: float, variant: str, seed: int) -> list[Point]:
+    """Measure, for each detail, the powers of every octave towards a heading, in 10⁻¹²."""
+    whole, points = picture(heading, None, variant, seed), []
     for detail in DETAILS:
-        pruned = picture(case.heading, detail, case.variant, seed)
+        pruned = picture(heading, detail, variant, seed)
         pictures = {"whole": whole, "pruned": pruned, "lost": whole - pruned}
         powers = tuple(
             Column("power", [round(1e12 * float(power))], {"picture": name, "octave": k})
@@ -78,7 +70,7 @@ def measure(case: Case, seed: int) -> list[Point]:
             for k, power in enumerate(spectrum(each))
         )
         cutoff = Prediction("cutoff", 1 / (2 * detail))
-        points.append(Point({"topic": case.topic, "detail": detail}, (cutoff,), powers))
+        points.append(Point({"topic": "spectrum", "detail": detail}, (cutoff,), powers))
     return points
 
 

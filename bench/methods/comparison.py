@@ -9,12 +9,12 @@ distances it must cover at least ``LEAST_COVERED``.
 
 import math
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from bench.images.differences import PAIR_BANDS
-from bench.images.equal_error import EQUAL_ERROR, excesses
+from bench.images.equal_error import EQUAL_ERROR
 from bench.methods.runner import STAGES
 from bench.records.records import Key, Point, grouped
 from lod.arrays import Reals
@@ -52,7 +52,7 @@ def at_equal_error(points: Sequence[Point]) -> dict[str, list[AtEqualError]]:
     Time and memory are read between the last setting within the error and the first beyond it.
     """
     found: dict[str, list[AtEqualError]] = {}
-    for (method, _), row in _rows(points).items():
+    for (method, _), row in grouped(filter(is_measured, points), "arm", "field").items():
         held = next((m for m in map(megabytes, row) if math.isfinite(m)), math.nan)
         beyond = next((k for k, p in enumerate(row) if judged_error(p) > EQUAL_ERROR), len(row))
         two = row[max(beyond - 1, 0) : beyond + 1] if beyond else []
@@ -120,7 +120,7 @@ def is_measured(point: Point) -> bool:
 
 def excess(point: Point) -> float:
     """Return the mean excess FLIP over the pairs of seeds."""
-    return float(excesses(point).mean())
+    return float((point.values("flip") / 1e6 - point.values("flip_floor") / 1e6).mean())
 
 
 def judged_error(point: Point) -> float:
@@ -140,7 +140,3 @@ def least_covered(point: Point) -> float:
         if reference >= WORTH_COUNTING * pixels:
             shares.append(tested / reference)
     return min(shares)
-
-
-def _rows(points: Sequence[Point]) -> dict[tuple[Any, ...], list[Point]]:
-    return grouped([point for point in points if is_measured(point)], "arm", "field")

@@ -74,7 +74,6 @@ def measure_cycles(case: Window, seed: int) -> list[Point]:
 
 
 def _mitsuba(runner: Runner, case: Window) -> tuple[Pictures, Column, dict[str, list[float]]]:
-    """Build and trace by Mitsuba twice; the first time compiles, and is not counted."""
     runner.made = runner.update(1, case.variant)
     for _ in range(2):
         runner.built = build_frame(runner.made)

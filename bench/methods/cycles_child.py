@@ -24,12 +24,12 @@ def main(source: str, target: str) -> None:
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene = bpy.context.scene
     before, start = peak_bytes(), time.perf_counter()
-    add_light(scene, arrays)
-    add_camera(scene, arrays)
-    add_meshes(scene, arrays)
-    add_curves(scene, arrays)
+    _add_light(scene, arrays)
+    _add_camera(scene, arrays)
+    _add_meshes(scene, arrays)
+    _add_curves(scene, arrays)
     seconds = {"synchronise": [time.perf_counter() - start]}
-    set_sampling(scene, asked)
+    _set_sampling(scene, asked)
     pictures = []
     ones = [("first", 1, 0), ("one", 1, 0)]
     for name, spp, seed in [*ones, *(("all", asked["spp"], s) for s in asked["seeds"])]:
@@ -49,7 +49,7 @@ def peak_bytes() -> int:
     return next(1024 * int(row.split()[1]) for row in rows if row.startswith("VmHWM"))
 
 
-def set_sampling(scene: Any, asked: dict[str, Any]) -> None:
+def _set_sampling(scene: Any, asked: dict[str, Any]) -> None:
     """Take every sample alike: no adaptive sampling, no clamping, no denoising, a box filter."""
     scene.render.engine = "CYCLES"
     scene.cycles.device = "CPU"
@@ -66,8 +66,7 @@ def set_sampling(scene: Any, asked: dict[str, Any]) -> None:
     scene.render.image_settings.exr_codec = "NONE"
 
 
-def add_light(scene: Any, arrays: dict[str, np.ndarray]) -> None:
-    """Add the sun by its irradiance, and the sky as a picture of all directions."""
+def _add_light(scene: Any, arrays: dict[str, np.ndarray]) -> None:
     sky = arrays["sky"]
     height, width = sky.shape[:2]
     image = bpy.data.images.new("sky", width, height, float_buffer=True)
@@ -105,8 +104,7 @@ def light_from_above_alone(tree: Any, background: Any) -> None:
     tree.links.new(either.outputs[0], background.inputs["Strength"])
 
 
-def add_camera(scene: Any, arrays: dict[str, np.ndarray]) -> None:
-    """Add a pinhole camera that looks along its own -z."""
+def _add_camera(scene: Any, arrays: dict[str, np.ndarray]) -> None:
     width, height, fov = arrays["lens"]
     camera = bpy.data.cameras.new("camera")
     camera.sensor_fit, camera.angle = "HORIZONTAL", float(fov)
@@ -132,8 +130,7 @@ def turned(z: np.ndarray, place: np.ndarray, up: np.ndarray | None = None) -> An
     return Matrix(matrix.tolist())
 
 
-def add_meshes(scene: Any, arrays: dict[str, np.ndarray]) -> None:
-    """Add every mesh with its own normals and colours."""
+def _add_meshes(scene: Any, arrays: dict[str, np.ndarray]) -> None:
     for number in range(int(arrays["meshes"])):
         vertices, faces, normals, colours = (
             arrays[f"mesh{number}.{name}"] for name in ("vertices", "faces", "normals", "colours")
@@ -145,15 +142,14 @@ def add_meshes(scene: Any, arrays: dict[str, np.ndarray]) -> None:
         mesh.loops.foreach_set("vertex_index", faces.ravel())
         mesh.polygons.add(len(faces))
         mesh.polygons.foreach_set("loop_start", np.arange(0, faces.size, 3, dtype=np.int32))
-        set_colour(mesh, "POINT", colours)
+        _set_colour(mesh, "POINT", colours)
         mesh.update(calc_edges=True)
         mesh.validate()
         mesh.normals_split_custom_set_from_vertices(normals)
         show(scene, mesh)
 
 
-def add_curves(scene: Any, arrays: dict[str, np.ndarray]) -> None:
-    """Add all chains of sticks as one hair object of straight curves."""
+def _add_curves(scene: Any, arrays: dict[str, np.ndarray]) -> None:
     points, counts = arrays["points"], arrays["counts"]
     if not len(counts):
         return
@@ -163,12 +159,11 @@ def add_curves(scene: Any, arrays: dict[str, np.ndarray]) -> None:
     hair.position_data.foreach_set("vector", np.ascontiguousarray(points[:, :3]).ravel())
     radius = hair.attributes.get("radius") or hair.attributes.new("radius", "FLOAT", "POINT")
     radius.data.foreach_set("value", np.ascontiguousarray(points[:, 3]))
-    set_colour(hair, "CURVE", arrays["tints"])
+    _set_colour(hair, "CURVE", arrays["tints"])
     show(scene, hair)
 
 
-def set_colour(data: Any, domain: str, colours: np.ndarray) -> None:
-    """Give each point or curve its albedo, as the attribute that the material reads."""
+def _set_colour(data: Any, domain: str, colours: np.ndarray) -> None:
     attribute = data.attributes.new("albedo", "FLOAT_COLOR", domain)
     opaque = np.concatenate([colours, np.ones((len(colours), 1))], axis=1)
     attribute.data.foreach_set("color", opaque.astype(np.float32).ravel())

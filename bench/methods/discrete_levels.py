@@ -14,7 +14,7 @@ import numpy as np
 from bench.methods.method import DETAILS_PX, Method, Updater, engine_view, frame_of
 from lod.arrays import ArrayData, FloatArray, IntArray
 from lod.metric import Metric
-from lod.pruner import Cut, Parts, cut_from_parts, prune
+from lod.pruner import Cut, cut_from_parts, prune
 from lod.view import View, distance
 from scenes.field.cells import CellSamples
 from scenes.field.species_field import SpeciesField
@@ -87,10 +87,14 @@ def cut_with_hysteresis(
     now = versions_at(share)
     keys = object_keys(parts.state.samples.take(parts.object[roots]))
     chosen = np.clip(before.of(keys, now), versions_at(share / (1 + BAND)), now)
-    kept = _kept(parts, near, roots, chosen)
+    least = np.zeros(int(parts.object.max(initial=0)) + 1)
+    least[parts.object[roots]] = np.asarray(OMITTED)[chosen] * near[roots]
+    kept = near > least[parts.object]
+    rows, taken = np.cumsum(kept) - 1, parts.take(kept)
+    taken = replace(taken, parent=np.where(taken.parent < 0, -1, rows[taken.parent]))
     order = np.argsort(keys)
     memory = VersionMemory(keys[order], chosen[order])
-    return _taken(parts, kept, wide), memory
+    return cut_from_parts(taken, wide.examined_objects, wide.examined_parts), memory
 
 
 def versions_at(share: FloatArray) -> IntArray:
@@ -103,21 +107,6 @@ def object_keys(samples: CellSamples) -> IntArray:
     half, bits = 1 << 20, 21
     x, y = samples.cell_x + half, samples.cell_y + half
     return np.asarray(((x << bits | y) << bits | samples.index).astype(np.int64))
-
-
-def _kept(parts: Parts, near: FloatArray, roots: IntArray, chosen: IntArray) -> np.ndarray:
-    """Tell which parts the versions of their objects hold."""
-    least = np.asarray(OMITTED)[chosen] * near[roots]
-    by_object = np.zeros(int(parts.object.max(initial=0)) + 1)
-    by_object[parts.object[roots]] = least
-    return np.asarray(near > by_object[parts.object])
-
-
-def _taken(parts: Parts, kept: np.ndarray, wide: Cut) -> Cut:
-    rows = np.cumsum(kept) - 1
-    taken = parts.take(kept)
-    parent = np.where(taken.parent < 0, -1, rows[taken.parent])
-    return cut_from_parts(replace(taken, parent=parent), wide.examined_objects, wide.examined_parts)
 
 
 DISCRETE = Method(

@@ -95,10 +95,6 @@ def _display_in_view(field: SpeciesField, view: View) -> DisplayedRepresentation
     return display(field, cut, whole)
 
 
-def _prepare_in_view(scene: Scene, setting: float) -> Updater:
-    return lambda frame, variant: frame_of(scene, frame, variant, _display_in_view)
-
-
 METHODS: dict[str, Method] = {
     method.name: method
     for method in (
@@ -129,7 +125,7 @@ METHODS: dict[str, Method] = {
             "view culling",
             "none",
             (0.0,),
-            _prepare_in_view,
+            lambda scene, setting: lambda n, variant: frame_of(scene, n, variant, _display_in_view),
             _culled_out_of_view,
         ),
     )

@@ -4,6 +4,7 @@ import time
 import weakref
 from dataclasses import dataclass, field, replace
 
+from bench.frame_costs import KINDS as FRAME_KINDS
 from bench.frame_costs import Picture, window_preset
 from bench.methods.known_methods import methods
 from bench.methods.method import Method
@@ -20,8 +21,7 @@ _BARE = "species.sward.density=0"
 """Trees and people are compared; blades of grass would be nearly all parts there are."""
 
 KINDS: dict[str, tuple[str, tuple[str, ...]]] = {
-    "crowd": ("crowd", ("species.tree.density=0",)),
-    "meadow": ("meadow", (_BARE,)),
+    **FRAME_KINDS,
     "swaying": ("meadow", (_BARE, "wind.speed=6")),
     "forest": ("forest", (_BARE,)),
     "swaying forest": ("forest", (_BARE, "wind.speed=6")),

@@ -193,6 +193,7 @@ def claim(
     *,
     unit: str,
     source: str,
+    alone: str = "",
     kind: Kind = "measurement",
     violation_expected: bool = False,
     headline: bool = False,
@@ -200,7 +201,10 @@ def claim(
     """Make a claim, as ``claim("parts ÷ predicted", within(1, 0.005), {…}, found, unit="field")``.
 
     Arguments are those of ``Claim``; the whole of the estimate's interval decides the verdict.
+    ``alone`` is the unit in place of the usual one where that interval has no width.
     """
+    if alone and estimate.low == estimate.high:
+        unit = alone
     return Claim(
         estimand,
         bound.relation,

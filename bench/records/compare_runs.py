@@ -65,7 +65,8 @@ def compare(before: Record, after: Record) -> Comparison:
     origin = {
         key: pair
         for key in _MAY_DIFFER
-        if len(set(map(str, pair := _pair(key, before, after)))) > 1
+        if len(set(map(str, pair := tuple(getattr(r.provenance, key) for r in (before, after)))))
+        > 1
     }
     return Comparison(
         before.experiment,
@@ -90,24 +91,15 @@ def compare_paths(before: Path, after: Path) -> tuple[Comparison, ...]:
     first, second = _newest(before), _newest(after)
     shared = [key for key in first if key in second]
     if not shared:
-        raise _nothing_shared(before, after, first, second)
+        both = {name for name, _ in first} & {name for name, _ in second}
+        rule, cure = "records of one experiment in both", "run one experiment into both"
+        if both:
+            quick, full = (before, after) if (min(both), True) in first else (after, before)
+            named = ", ".join(sorted(both))
+            rule = f"runs of one kind: of {named} {quick} has quick ones, {full} full"
+            cure = f"lodbench run {min(both)} --quick -o {full}"
+        raise InputError("A B", f"{before} {after}", rule, cure)
     return tuple(compare(first[key], second[key]) for key in shared)
-
-
-def _nothing_shared(
-    before: Path,
-    after: Path,
-    first: Iterable[tuple[str, bool]],
-    second: Iterable[tuple[str, bool]],
-) -> InputError:
-    """Say which experiments two folders hold, or that one holds quick runs and one full ones."""
-    both = {name for name, _ in first} & {name for name, _ in second}
-    rule, cure = "records of one experiment in both", "run one experiment into both"
-    if both:
-        quick, full = (before, after) if (min(both), True) in set(first) else (after, before)
-        rule = f"runs of one kind: of {', '.join(sorted(both))} {quick} has quick ones, {full} full"
-        cure = f"lodbench run {min(both)} --quick -o {full}"
-    return InputError("A B", f"{before} {after}", rule, cure)
 
 
 def _newest(folder: Path) -> dict[tuple[str, bool], Record]:
@@ -117,19 +109,11 @@ def _newest(folder: Path) -> dict[tuple[str, bool], Record]:
     return newest
 
 
-def _pair(key: str, before: Record, after: Record) -> tuple[Any, Any]:
-    return getattr(before.provenance, key), getattr(after.provenance, key)
-
-
 def _must_share(key: str, before: object, after: object) -> None:
     if before != after:
-        arrived = f"{_short(before)} and {_short(after)}"
+        arrived = f"{str(before)[:40]} and {str(after)[:40]}"
         cure = "runs of the same workload on the same kind of machine can be compared"
         raise InputError(f"{key} of the two records", arrived, "the same in both", cure)
-
-
-def _short(value: object) -> str:
-    return str(value)[:40]
 
 
 def _differences(before: Iterable[Claim], after: Iterable[Claim]) -> Iterable[Difference]:

@@ -51,6 +51,7 @@ class Provenance:
 
 def provenance(scene: str, seed: int, threads: int = 1, variant: str | None = None) -> Provenance:
     """Return the provenance of a measurement that is made here and now."""
+    versions = {name: each for name in _PACKAGES if (each := package_version(name)) is not None}
     return Provenance(
         scene=scene,
         seed=seed,
@@ -60,7 +61,7 @@ def provenance(scene: str, seed: int, threads: int = 1, variant: str | None = No
         cores=os.cpu_count() or 1,
         platform=platform.platform(),
         python=platform.python_version(),
-        packages=_versions(),
+        packages=versions | packages(),
         commit=_commit(_ROOT),
     )
 
@@ -103,11 +104,6 @@ def package_version(package: str) -> str | None:
         return version(package)
     except PackageNotFoundError:
         return None
-
-
-def _versions() -> dict[str, str]:
-    found = {name: package_version(name) for name in _PACKAGES}
-    return {name: each for name, each in found.items() if each is not None} | packages()
 
 
 @cache

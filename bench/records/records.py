@@ -223,48 +223,40 @@ def write_record(record: Record, folder: Path) -> Path:
         path.parent.mkdir(parents=True, exist_ok=True)
         write_text(path, text)
     except OSError as error:
-        raise InputError(
-            "-o",
-            str(folder),
-            f"a folder that can be written ({error.strerror})",
-            "choose another, or make room",
-        ) from None
+        rule = f"a folder that can be written ({error.strerror})"
+        raise InputError("-o", str(folder), rule, "choose another, or make room") from None
     if read_record(path) != record:
-        raise InputError(
-            "record", str(path), "what was written reads back the same", "free the disk"
-        )
+        rule = "what was written reads back the same"
+        raise InputError("record", str(path), rule, "free the disk")
     return path
 
 
 def read_record(path: Path) -> Record:
     """Read and verify a record. Raises InputError for one that is damaged, edited or too new."""
+
+    def refused(rule: str) -> InputError:
+        return InputError("record", str(path), rule, "run it again")
+
     try:
         body = json.loads(Path(path).read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
-        raise InputError(
-            "record", str(path), f"a readable JSON file ({error})", "run it again"
-        ) from None
+        raise refused(f"a readable JSON file ({error})") from None
     if not isinstance(body, dict) or body.get("format") != FORMAT:
         raise InputError("record", str(path), f"its format is {FORMAT}", "give a record's path")
-    if body.get("format_version") != FORMAT_VERSION:
-        arrived = body.get("format_version")
-        raise InputError(
-            f"record {path}", arrived, f"format version {FORMAT_VERSION}", "run it again"
-        )
+    if (arrived := body.get("format_version")) != FORMAT_VERSION:
+        rule = f"format version {FORMAT_VERSION}"
+        raise InputError(f"record {path}", arrived, rule, "run it again")
     try:
         sha256 = _hash(body.get("content"))
     except ValueError as error:
-        rule = f"finite numbers alone ({error})"
-        raise InputError("record", str(path), rule, "run it again") from None
+        raise refused(f"finite numbers alone ({error})") from None
     if body.get("sha256") != sha256 or sha256[:_IN_NAME] not in Path(path).name:
-        raise InputError(
-            "record", str(path), "its content has the SHA-256 it names", "run it again"
-        )
+        raise refused("its content has the SHA-256 it names")
     try:
         return _record(body["content"])
     except (TypeError, ValueError, KeyError, AttributeError) as error:
-        rule = f"content as the schema has it ({type(error).__name__}: {error})"
-        raise InputError("record", str(path), rule, "run it again") from None
+        name = type(error).__name__
+        raise refused(f"content as the schema has it ({name}: {error})") from None
 
 
 def read_records(folder: Path) -> tuple[Record, ...]:
@@ -311,7 +303,7 @@ class Pictures:
 
 
 def pictures(
-    name: str, words: tuple[str, str, str], layers: Mapping[str, np.ndarray], quality: int = 80
+    name: str, words: tuple[str, str, str], layers: Mapping[str, np.ndarray]
 ) -> dict[str, Any]:
     """Return pictures as a record's notes hold them.
 
@@ -324,7 +316,11 @@ def pictures(
     if len(layers) < 2 or len(shapes) != 1 or any(p.dtype != np.uint8 for p in layers.values()):
         raise InputError(f"pictures {name}", sorted(shapes), "two or more of one size, uint8")
     title, caption, alt = words
-    coded = [[label, _webp(picture, quality)] for label, picture in layers.items()]
+    coded = []
+    for label, picture in layers.items():
+        stream = io.BytesIO()
+        Image.fromarray(picture).save(stream, "WEBP", quality=80)
+        coded.append([label, base64.b64encode(stream.getvalue()).decode()])
     return {"name": name, "title": title, "caption": caption, "alt": alt, "layers": coded}
 
 
@@ -334,12 +330,6 @@ def pictures_of(record: Record) -> tuple[Pictures, ...]:
         Pictures(**{**each, "layers": tuple((label, data) for label, data in each["layers"])})
         for each in record.notes.get(NOTE, ())
     )
-
-
-def _webp(picture: np.ndarray, quality: int) -> str:
-    stream = io.BytesIO()
-    Image.fromarray(picture).save(stream, "WEBP", quality=quality)
-    return base64.b64encode(stream.getvalue()).decode()
 
 
 _SHA256 = {"type": "string", "pattern": "^[0-9a-f]{64}$"}

@@ -89,8 +89,7 @@ _EXPECTED = (
 )
 
 
-def group_claims(claims: Sequence[Claim]) -> Iterable[tuple[str, list[Claim]]]:
-    """Group claims by their estimands; gives titles and claims, as the groups first occur."""
+def _group_claims(claims: Sequence[Claim]) -> Iterable[tuple[str, list[Claim]]]:
     grouped: dict[str, list[Claim]] = {}
     for claim in claims:
         grouped.setdefault(claim.estimand, []).append(claim)
@@ -259,7 +258,7 @@ class Section:
 
     def blocks(self) -> Iterator[Block]:
         """Give the blocks of the section in reading order; empty tables are left out."""
-        measured = group_claims(self.of_kind("measurement"))
+        measured = _group_claims(self.of_kind("measurement"))
         groups = [ClaimsBlock(title, CLAIM_HEADS, c) for title, c in measured]
         yield from groups[:1]
         yield PlotsBlock(self.plots)

@@ -76,12 +76,10 @@ def _svg(plot: Plot, section: Section) -> Markup:
 
 
 def _breakable(name: str) -> Markup:
-    """Let a claim's name break after a stroke or an underscore."""
     return Markup(str(escape(name)).replace("/", "/<wbr>").replace("_", "_<wbr>"))
 
 
 def _marked_up(text: str) -> Markup:
-    """Mark up what stands between backquotes as code."""
     pieces = [
         Markup("<code>{}</code>" if k % 2 else "{}").format(p)
         for k, p in enumerate(text.split("`"))

@@ -151,7 +151,7 @@ def _section(record: Record) -> Section:
         table,
         experiment.caveats,
         shown,
-        experiment.tables(judged) if experiment.tables else (),
+        experiment.tables(judged),
     )
 
 

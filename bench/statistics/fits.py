@@ -16,7 +16,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float64
-from scipy import stats
 
 from bench.statistics.estimates import Estimate, student_interval
 from lod.arrays import Reals
@@ -96,10 +95,6 @@ def _positive(values: Reals) -> Reals:
     return values
 
 
-ONE_SIDED_CONFIDENCE = 0.95
-"""The probability that one bound alone is on the right side of the truth."""
-
-
 def noise_free(
     samples: Float64[np.ndarray, " counts"], errors: Float64[np.ndarray, "counts n"]
 ) -> Float64[np.ndarray, " n"]:
@@ -114,18 +109,3 @@ def noise_free(
     design = np.column_stack((np.ones_like(counts), 1 / np.sqrt(counts)))
     fitted = np.linalg.lstsq(design, np.asarray(errors, np.float64), rcond=None)[0]
     return np.asarray(fitted[0])
-
-
-def one_sided_mean(values: Reals) -> Estimate:
-    """Estimate the mean of n ≥ 2 values, (n,), with one-sided 95 % bounds (Student's t).
-
-    The truth is above the upper bound in 5 % of experiments and below the lower one in 5 %. Raises
-    InputError for fewer than 2 values.
-    """
-    n = len(values)
-    if n < 2:
-        raise InputError("values", n, "two or more, to bound their mean")
-    error = float(values.std(ddof=1)) / math.sqrt(n)
-    reach = float(stats.t.ppf(ONE_SIDED_CONFIDENCE, n - 1)) * error
-    mean = float(values.mean())
-    return Estimate(mean, mean - reach, mean + reach, error, 1.0, n)

@@ -1,12 +1,12 @@
 """A small record of the experiment law, measured once, and its report."""
 
 from dataclasses import replace
+from functools import partial
 
 import pytest
 
 from bench.counting import Case
-from bench.experiment import Topic
-from bench.experiments.law import EXPERIMENT, SampledCase
+from bench.experiments.law import EXPERIMENT, measure_scaling
 from bench.records.records import write_record
 from bench.report.write import write_report
 from bench.runs import RunRequest, run_experiment
@@ -22,11 +22,9 @@ def record():
         *(replace(base, sweep="world", extent=50.0 * k) for k in (1, 10, 100)),
         *(replace(base, metric="bounded", detail=5.0 * k) for k in (1, 2)),
     )
-    sampled = [SampledCase(case, StoppingRule(0.1, 3, 20)) for case in grid]
-    topic = Topic(about="a few points", seconds=(1.0, 1.0))
-    experiment = replace(
-        EXPERIMENT, topics={"scaling": topic}, cases=lambda topic, sizes, metric: sampled
-    )
+    sampled = [partial(measure_scaling, case, StoppingRule(0.1, 3, 20)) for case in grid]
+    topic = replace(EXPERIMENT.topics["scaling"], cases=lambda **sizes: sampled)
+    experiment = replace(EXPERIMENT, topics={"scaling": topic})
     return run_experiment(experiment, RunRequest("law", ("scaling",), quick=True))
 
 

@@ -21,3 +21,9 @@ def record_of(experiment, points):
     here, points = provenance("ab" * 32, 0), tuple(points)
     made, claims = "2026-01-01T00:00:00Z", experiment.judged(points)
     return Record(experiment.name, experiment.version, True, made, here, points, claims, {})
+
+
+def with_cases(experiment, topic, cases):
+    """The experiment with these cases of a topic."""
+    changed = replace(experiment.topics[topic], cases=lambda **sizes: cases)
+    return replace(experiment, topics={**experiment.topics, topic: changed})

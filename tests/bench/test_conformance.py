@@ -5,7 +5,7 @@ import json
 import os
 import subprocess
 import sys
-from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -15,7 +15,7 @@ from bench.conformance import FORMULA, broken_plugin_rules, rabbits
 from bench.counting import scaling_grid
 from bench.experiment import experiments
 from bench.experiments.law import EXPERIMENT as law
-from bench.experiments.law import SampledCase
+from bench.experiments.law import measure_scaling
 from bench.records.provenance import provenance
 from bench.runs import sources
 from bench.statistics.estimates import StoppingRule
@@ -25,6 +25,7 @@ from lod.pruner import prune
 from scenes import plugins
 from scenes.plugins import plugin_by_name
 from scenes.render.variants import choose, trusting
+from tests.bench.edited import with_cases
 
 EXPERIMENTS = experiments()
 
@@ -129,8 +130,9 @@ def test_check_notices_and_names_what_is_broken(capfd):
 def test_experiments_that_try_metrics_try_theirs_beside_ours(tmp_path, capfd, monkeypatch):
     grid = scaling_grid("halfway")
     some = [case for case in grid if (case.metric, case.sweep) == ("halfway", "detail")][:3]
-    sampled = [SampledCase(each, StoppingRule(0.2, 2, 4)) for each in (*grid[:3], *some)]
-    fast = replace(law, cases=lambda topic, sizes, metric: sampled)
+    rule = StoppingRule(0.2, 2, 4)
+    sampled = [partial(measure_scaling, each, rule) for each in (*grid[:3], *some)]
+    fast = with_cases(law, "scaling", sampled)
     monkeypatch.setitem(EXPERIMENTS, "law", fast)
     code, out, err = said(
         capfd, "run", "scaling", "--quick", *HALFWAY, "-o", str(tmp_path), "--json"

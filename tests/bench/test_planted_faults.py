@@ -5,20 +5,21 @@ experiment measures and judges as it always does, in those of its quick cases th
 """
 
 from dataclasses import replace
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import pytest
 
 from bench import counting as count_field
 from bench.experiment import experiments
 from bench.images import cover
-from bench.runs import run_experiment
+from bench.runs import RunRequest, run_experiment
 from lod.air import CLEAR
 from scenes.field import prototypes as lit_prototypes
 from scenes.field import prototypes as posed_species
 from scenes.render import haze
 from scenes.scene import Scene
 from scenes.world import world
+from tests.bench.edited import with_cases
 
 EXPERIMENTS = experiments()
 
@@ -26,28 +27,26 @@ EXPERIMENTS = experiments()
 pytestmark = pytest.mark.slow
 
 
-def quick_cases(name):
-    """Cases of an experiment's quick run."""
-    return EXPERIMENTS[name].cases(EXPERIMENTS[name].effort("quick"))
+def quick_cases(experiment, name):
+    """Cases of a topic's quick run."""
+    topic = EXPERIMENTS[experiment].topics[name]
+    metric = {"metric": None} if topic.accepts_metric else {}
+    return topic.cases(**topic.sizes("quick"), **metric)
 
 
-def verdicts(name, cases, seed=0):
-    """Verdicts of a quick run of some of an experiment's cases."""
-    experiment = replace(
-        EXPERIMENTS[name], cases=lambda *of: cases, notes=None, accepts_metric=False
-    )
-    return {
-        c.name: c.verdict
-        for c in run_experiment(experiment, experiment.effort("quick"), seed).claims
-    }
+def verdicts(name, topic, cases, seed=0):
+    """Verdicts of a quick run of some of a topic's cases."""
+    experiment = replace(with_cases(EXPERIMENTS[name], topic, cases), notes=None)
+    asked = RunRequest(name, (topic,), True, seed)
+    return {c.name: c.verdict for c in run_experiment(experiment, asked).claims}
 
 
 def test_denser_air_in_the_renderer_alone_is_found_by_air(monkeypatch):
     """β is 1.05 times what the air says."""
-    cases = [c for c in quick_cases("air") if getattr(c, "way", "") == "jit"]
+    cases = [c for c in quick_cases("air", "air") if c.args[0] == "jit"]
     if not cases:
         pytest.skip("no variant with a just-in-time compiler works here")
-    before = verdicts("air", cases)
+    before = verdicts("air", "air", cases)
     make = haze.make_haze
     monkeypatch.setattr(
         haze,
@@ -56,7 +55,7 @@ def test_denser_air_in_the_renderer_alone_is_found_by_air(monkeypatch):
             built, air if air == CLEAR else replace(air, visibility_m=air.visibility_m / 1.05)
         ),
     )
-    after = verdicts("air", cases)
+    after = verdicts("air", "air", cases)
     for band in ("red", "green", "blue"):
         name = f"jit/beta/{band}"
         assert (before[name], after[name]) == ("holds", "refuted"), name
@@ -66,11 +65,11 @@ def test_larger_priorities_in_the_pruner_alone_are_found_by_scaling(monkeypatch)
     """P is 1.3 times what the prediction takes it for."""
     cases = [
         each
-        for each in quick_cases("scaling")
-        if (each.case.species, each.case.metric) == ("figure", "blake")
-        and each.case.sweep in ("density", "detail", "resolution")
+        for each in quick_cases("law", "scaling")
+        if (each.args[0].species, each.args[0].metric) == ("figure", "blake")
+        and each.args[0].sweep in ("density", "detail", "resolution")
     ]
-    before, prototypes_of = verdicts("scaling", cases), count_field.prototypes_of
+    before, prototypes_of = verdicts("law", "scaling", cases), count_field.prototypes_of
     monkeypatch.setattr(
         count_field,
         "prototypes_of",
@@ -79,7 +78,7 @@ def test_larger_priorities_in_the_pruner_alone_are_found_by_scaling(monkeypatch)
             for each in prototypes_of(*of)
         ),
     )
-    after = verdicts("scaling", cases)
+    after = verdicts("law", "scaling", cases)
     for what in ("objects", "parts"):
         name = f"blake/figure/{what}/ratio"
         assert (before[name], after[name]) == ("holds", "refuted"), name
@@ -87,20 +86,24 @@ def test_larger_priorities_in_the_pruner_alone_are_found_by_scaling(monkeypatch)
 
 def test_fading_that_is_off_is_found_by_popping(monkeypatch):
     """The way that is said to fade clips like the other."""
-    cases = [replace(each, walks=2) for each in quick_cases("popping") if getattr(each, "way", "")]
-    before, view = verdicts("popping", cases), Scene.view
+    cases = [
+        partial(each.func, each.args[0], 2, *each.args[2:])
+        for each in quick_cases("popping", "popping")
+        if len(each.args) > 2
+    ]
+    before, view = verdicts("popping", "popping", cases), Scene.view
     monkeypatch.setattr(Scene, "view", lambda *of: replace(view(*of), fade=0.0))
-    after = verdicts("popping", cases)
+    after = verdicts("popping", "popping", cases)
     name = "parts_popped_between_two_frames/meadow_in_a_window_of_120_m/fading"
     assert (before[name], after[name]) == ("holds", "refuted")
 
 
 def test_far_cover_that_is_off_is_found_by_cover(monkeypatch):
     """What is too small to display leaves nothing on the land, 5 km away."""
-    cases = [each for each in quick_cases("cover") if each.look == "far_5_km"]
-    before = verdicts("cover", cases)
+    cases = [each for each in quick_cases("images", "cover") if each.args[0] == "far_5_km"]
+    before = verdicts("images", "cover", cases)
     monkeypatch.setattr(world, "aggregate_cover", lambda *of: None)
-    after = verdicts("cover", cases)
+    after = verdicts("images", "cover", cases)
     name = "far_5_km/preset/tau_1/band_1"
     assert (before[name], after[name]) == ("holds", "refuted")
 
@@ -110,14 +113,14 @@ def test_a_species_that_is_too_bright_is_found_by_cover(monkeypatch):
 
     The whole picture displays every leaf, so that the pruned one alone has the fault.
     """
-    cases = [each for each in quick_cases("cover") if each.look == "aerial"]
+    cases = [each for each in quick_cases("images", "cover") if each.args[0] == "aerial"]
     wanted = [
         each
         for each in cover.pictures()
         if (each.air, each.detail, each.cover) == ("preset", 1.0, True)
     ]
     monkeypatch.setattr(cover, "pictures", lambda: wanted)
-    before, fit = verdicts("cover", cases), lit_prototypes.fit_tone
+    before, fit = verdicts("images", "cover", cases), lit_prototypes.fit_tone
     tables_of = lit_prototypes.lit_part_tables.__wrapped__
     monkeypatch.setattr(posed_species, "lit_part_tables", lru_cache(tables_of))
     monkeypatch.setattr(
@@ -125,6 +128,6 @@ def test_a_species_that_is_too_bright_is_found_by_cover(monkeypatch):
         "fit_tone",
         lambda trees, *of: fit(trees, *of) * (1.05 if trees[0].name.startswith("tree ") else 1.0),
     )
-    after = verdicts("cover", cases)
+    after = verdicts("images", "cover", cases)
     name = "aerial/preset/tau_1/band_7/land"
     assert (before[name], after[name]) == ("holds", "refuted")

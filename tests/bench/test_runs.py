@@ -24,6 +24,7 @@ from bench.runs import (
     sources,
 )
 from lod.errors import InputError
+from tests.bench.edited import with_cases
 
 PAGE = Path(__file__).parents[2] / "docs" / "add-an-experiment.md"
 
@@ -62,7 +63,7 @@ def test_one_file_is_listed_run_resumed_and_reported(tiny, tmp_path, capfd):
     assert claim["sentence"] == "Parts displayed ≤ 0.5 (person, 80 m ÷ 20 m)."
     assert claim["verdict"] == "holds" and claim["low"] < claim["measured"] < claim["high"] < 0.5
     record = read_record(Path(made["record"]))
-    assert [case["case"] for case in record.notes[CASES]] == ["(20.0, 8)", "(40.0, 8)", "(80.0, 8)"]
+    assert [case["case"] for case in record.notes[CASES]] == ["20, 8", "40, 8", "80, 8"]
     assert all(case["cpu"] and case["seconds"] >= 0 for case in record.notes[CASES])
     code, out, err = said(capfd, *run)
     assert code == 0 and json.loads(out)["kept"] and "done already" in err
@@ -91,7 +92,7 @@ def test_a_stopped_run_goes_on_where_it_stopped(tiny, tmp_path):
         for case in cases:
             if len(measured) == 2:
                 raise KeyboardInterrupt
-            measured.append(case[1])
+            measured.append(case[0].args)
             yield function(*case)
 
     with pytest.raises(KeyboardInterrupt):
@@ -100,7 +101,7 @@ def test_a_stopped_run_goes_on_where_it_stopped(tiny, tmp_path):
     again = []
 
     def rest(function, cases):
-        again.extend(case[1] for case in cases)
+        again.extend(case.args for case, _ in cases)
         return serial_executor(function, cases)
 
     _, record = run(tiny, journal(tmp_path), rest)
@@ -146,7 +147,9 @@ def test_what_is_timed_is_measured_in_one_go(tiny, tmp_path):
 
 
 def test_two_claims_of_one_name_are_refused(tiny):
-    twice = replace(tiny, claims=lambda points: 2 * tiny.claims(points))
+    topic = tiny.topics["tiny"]
+    topics = {"tiny": replace(topic, claims=lambda points: 2 * topic.claims(points))}
+    twice = replace(tiny, topics=topics)
     with pytest.raises(InputError, match="one name"):
         run_experiment(twice, request())
 
@@ -155,6 +158,6 @@ def test_two_claims_of_one_name_are_refused(tiny):
 def test_a_cluster_gives_the_same_numbers():
     law = experiments()["law"]
     asked = RunRequest("law", ("depth",), quick=True)
-    few = replace(law, cases=lambda *of: law.cases("depth", {"fields": 3})[:4])
+    few = with_cases(law, "depth", law.topics["depth"].cases(fields=3)[:4])
     with dask_executor("2", lambda text: None) as spread:
         assert run_experiment(few, asked, spread).points == run_experiment(few, asked).points

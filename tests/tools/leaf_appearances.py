@@ -22,7 +22,7 @@ import numpy as np
 
 from bench.cli.output import counted
 from bench.counting import FLAT
-from bench.records.provenance import provenance
+from bench.records.provenance import provenance, scene_digest
 from lod.air import CLEAR
 from lod.arrays import Reals
 from lod.camera import Camera, Corner, camera_from_heading
@@ -33,6 +33,7 @@ from lod.view import View
 from scenes.appearance.tone import Illumination
 from scenes.appearance.visible_area import visible_areas
 from scenes.field.species_field import Placed
+from scenes.files import write_text
 from scenes.frame.frame_input import DisplayedRepresentation, FrameInput, Quality
 from scenes.ground.shading import GROUND_MATERIALS
 from scenes.model_files.names import tree_species_names
@@ -335,7 +336,9 @@ class Judged:
 
 def read_findings(path: Path) -> list[Judged]:
     """Read what a file holds."""
-    return [Judged(**each) for each in json.loads(path.read_text())["figures"]["judged"]]
+    return [
+        Judged(**each) for each in json.loads(path.read_text(encoding="utf-8"))["figures"]["judged"]
+    ]
 
 
 def markdown(found: Iterable[Judged]) -> str:
@@ -372,9 +375,11 @@ def command(kinds: tuple[str, ...], path: Path | None) -> None:
         found += judged(case, COARSEST)
     click.echo(markdown(found))
     if path:
-        made_by = asdict(provenance("", 0, variant=choose()))
         figures = {"judged": [asdict(each) for each in found]}
-        path.write_text(json.dumps({"figures": figures, "provenance": made_by}, indent=1) + "\n")
+        made_by = asdict(provenance(scene_digest({}), 0, variant=choose()))
+        record = {"study": "leaf appearances", "settings": {}, "figures": figures}
+        text = json.dumps(record | {"provenance": made_by}, indent=1, allow_nan=False)
+        write_text(path, text + "\n")
 
 
 if __name__ == "__main__":

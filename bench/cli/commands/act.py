@@ -5,13 +5,7 @@ from typing import Any
 
 import click
 
-from bench.cli.flags import (
-    StrictCommand,
-    memory_flag,
-    memory_limit_bytes,
-    preset_from_flags,
-    view_flags,
-)
+from bench.cli.flags import StrictCommand, memory_flag, preset_from_flags, view_flags
 from bench.cli.output import output
 from lod.errors import InputError
 
@@ -21,15 +15,14 @@ from lod.errors import InputError
 @memory_flag
 @click.option("-o", "folder", required=True, metavar="DIR", help="Folder of the frames to come.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
-def command(preset: str, folder: str, max_memory: str | None, as_json: bool, **flags: Any) -> None:
+def command(preset: str, folder: str, max_memory: int | None, as_json: bool, **flags: Any) -> None:
     """Act all frames once; `render` into the same folder replays them."""
     from scenes.render.acting_track import prepare_track, read_track, track_path
     from scenes.render.memory import preflight
     from scenes.scene import Scene
 
-    most_bytes = memory_limit_bytes(max_memory)
     chosen = preset_from_flags(preset, **flags)
-    preflight(Scene(chosen), (), most_bytes, acted=chosen.acting.frames + 1)
+    preflight(Scene(chosen), (), max_memory, acted=chosen.acting.frames + 1)
     digest = prepare_track(chosen, folder)
     if digest is None:
         cure = "add a table [actors.NAME], or see docs/actors.md"

@@ -4,14 +4,7 @@ from typing import Any
 
 import click
 
-from bench.cli.flags import (
-    LAST_FRAME,
-    StrictCommand,
-    memory_flag,
-    memory_limit_bytes,
-    preset_from_flags,
-    view_flags,
-)
+from bench.cli.flags import LAST_FRAME, StrictCommand, memory_flag, preset_from_flags, view_flags
 from bench.cli.output import output
 
 
@@ -22,7 +15,7 @@ from bench.cli.output import output
 @click.option("--frame", type=click.IntRange(1, LAST_FRAME), default=1, show_default=True)
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
 def command(
-    preset: str, words: str, frame: int, max_memory: str | None, as_json: bool, **flags: Any
+    preset: str, words: str, frame: int, max_memory: int | None, as_json: bool, **flags: Any
 ) -> None:
     """Ask as of a frame, as in: lodbench ask playground "joe right arm/hand where" --frame 12.
 
@@ -33,9 +26,8 @@ def command(
     from scenes.scene import Scene
     from scenes.world.cast import answer_at
 
-    most_bytes = memory_limit_bytes(max_memory)
     chosen = preset_from_flags(preset, **flags)
-    preflight(Scene(chosen), (), most_bytes)
+    preflight(Scene(chosen), (), max_memory)
     found = plain(answer_at(chosen, words, frame))
     with output(as_json) as out:
         out.record({"asked": words, "frame": frame, "answer": found})

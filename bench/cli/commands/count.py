@@ -1,22 +1,17 @@
 """`lodbench count`: prune one frame and hold it against the law; no renderer is needed."""
 
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from bench.cli.flags import (
-    StrictCommand,
-    memory_flag,
-    memory_limit_bytes,
-    preset_from_flags,
-    view_flags,
-)
+from bench.cli.flags import StrictCommand, memory_flag, preset_from_flags, view_flags
 from bench.cli.output import Output, output, progress_bar, table, tell_first_run
 from lod.errors import InputError
 from scenes.processes.memory_limit import peak_rss_bytes
 
 if TYPE_CHECKING:
-    from bench.frame_counts import Counts, SpeciesCount, Workload
+    from bench.frame_counts import Counts, Workload
     from scenes.presets.schema import Preset
 
 
@@ -25,13 +20,16 @@ if TYPE_CHECKING:
 @memory_flag
 @click.option("--frame", type=click.IntRange(1, 999_999), default=1, help="Frame number, from 1.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
-def command(preset: str, frame: int, as_json: bool, max_memory: str | None, **flags: Any) -> None:
+def command(preset: str, frame: int, as_json: bool, max_memory: int | None, **flags: Any) -> None:
     """Objects and parts of one frame: examined, displayed, predicted.
 
     PRESET may be a workload, as meadow@1: its counts must then be the golden ones.
     """
-    most_bytes = memory_limit_bytes(max_memory)
-    workload = _workload(preset)
+    workload = None
+    if "@" in preset:
+        from bench.frame_counts import workload_named
+
+        workload = workload_named(preset)
     chosen = preset_from_flags(workload.preset if workload else preset, **flags)
     if workload:
         _check_as_it_is(workload, chosen, frame)
@@ -44,14 +42,14 @@ def command(preset: str, frame: int, as_json: bool, max_memory: str | None, **fl
     watch = Stopwatch()
     with output(as_json) as out:
         with watch.stage("build"):
-            chosen = within_budget(chosen, (frame,), most_bytes, out.note)
+            chosen = within_budget(chosen, (frame,), max_memory, out.note)
             scene = Scene(chosen)
-            preflight(scene, (), most_bytes)
+            preflight(scene, (), max_memory)
             world = scene.world
         with progress_bar("step") as show:
             show(0, 1, "memory")
             with watch.stage("estimate"):
-                estimated = preflight(scene, (frame,), most_bytes)
+                estimated = preflight(scene, (frame,), max_memory)
             ground = estimated.ground if estimated else None
             counts = count(world, scene.view(frame), ground, show)
         seconds = watch.seconds | counts.seconds
@@ -61,15 +59,6 @@ def command(preset: str, frame: int, as_json: bool, max_memory: str | None, **fl
         _say(out, counts, seconds)
     if workload and wrong:
         raise click.ClickException(f"{workload.name}: {', '.join(wrong)}: another workload")
-
-
-def _workload(preset: str) -> "Workload | None":
-    """Find the workload that a name with a version stands for; None for a plain preset."""
-    if "@" not in preset:
-        return None
-    from bench.frame_counts import workload_named
-
-    return workload_named(preset)
 
 
 def _check_as_it_is(workload: "Workload", chosen: "Preset", frame: int) -> None:
@@ -90,7 +79,7 @@ def as_data(counts: "Counts", seconds: dict[str, float]) -> dict[str, Any]:
             "triangles": counts.terrain_triangles,
             "predicted": None,  # the law is about objects; the ground has no Poisson prediction
         },
-        "by_species": {name: _species(each) for name, each in counts.by_species.items()},
+        "by_species": {name: asdict(each) for name, each in counts.by_species.items()},
         "others": {
             name: {"objects": vars(objects), "parts": vars(parts)}
             for name, (objects, parts) in counts.others.items()
@@ -100,15 +89,6 @@ def as_data(counts: "Counts", seconds: dict[str, float]) -> dict[str, Any]:
         "m": counts.m,
         "seconds": seconds,
         "peak_rss_bytes": peak_rss_bytes(),
-    }
-
-
-def _species(each: "SpeciesCount") -> dict[str, Any]:
-    return {
-        "objects": vars(each.objects),
-        "parts": vars(each.parts),
-        "by_level": list(each.by_level),
-        "predicted_by_level": each.predicted_by_level,
     }
 
 

@@ -6,13 +6,7 @@ from functools import partial
 
 import click
 
-from bench.cli.flags import (
-    FLAG_KEYS,
-    StrictCommand,
-    frame_numbers,
-    memory_limit_bytes,
-    preset_from_flags,
-)
+from bench.cli.flags import FLAG_KEYS, StrictCommand, frame_numbers, preset_from_flags
 from lod.errors import InputError
 from scenes.files import check_pattern
 
@@ -45,13 +39,13 @@ def command(print_commands: bool, words: tuple[str, ...]) -> None:
     )
     variant = choose(chosen.render.variant, chosen.render.spectral)
     kept = [*drop_flag(drop_flag(words, "--frames"), "--variant"), "--variant", variant]
-    most_bytes = memory_limit_bytes(flags["max_memory"])
+    max_memory = flags["max_memory"]
     if flags["fit"]:
-        chosen = fit_to_memory(chosen, most_bytes)
+        chosen = fit_to_memory(chosen, max_memory)
     if flags["max_parts"] is not None or flags["fit"]:
         # One detail for all: a frame by itself would choose its own.
         note = partial(click.echo, err=True)
-        detail = within_budget(chosen, numbers, most_bytes, note).view.detail
+        detail = within_budget(chosen, numbers, max_memory, note).view.detail
         kept = [word for word in kept if word != "--fit"]
         for flag in ("--max-parts", "--detail"):
             kept = list(drop_flag(kept, flag))

@@ -3,16 +3,13 @@
 import dataclasses
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
 from bench.cli.flags import StrictCommand
 from bench.cli.output import output, table, tell_first_run
 from lod.errors import InputError
-
-if TYPE_CHECKING:
-    from scenes.presets.keys import KeyEntry
 
 
 @click.command("list", cls=StrictCommand)
@@ -68,7 +65,6 @@ def command(preset: str | None, frame: str | None, only: tuple[int, ...], as_jso
 
 
 def _keys(preset: str, as_json: bool) -> None:
-    """List all keys that -D takes, or those of one preset with its values."""
     from scenes.presets.keys import key_entries
     from scenes.presets.load import load_preset, preset_values
 
@@ -81,14 +77,12 @@ def _keys(preset: str, as_json: bool) -> None:
         entries = key_entries()
         data = {each.name: dataclasses.asdict(each) for each in entries}
         rows = [("key", "is", "in", "range", "by default", "meaning")]
-        rows += [(e.name, e.kind, e.unit, e.range, _default(e), e.about) for e in entries]
+        for e in entries:
+            default = "required" if e.required else _text(e.default)
+            rows.append((e.name, e.kind, e.unit, e.range, default, e.about))
     with output(as_json) as out:
         out.record({"keys": data})
         out.say(table(rows))
-
-
-def _default(entry: "KeyEntry") -> str:
-    return "required" if entry.required else _text(entry.default)
 
 
 def _text(value: Any) -> str:
@@ -99,7 +93,6 @@ def _text(value: Any) -> str:
 
 
 def _objects(path: Path, only: tuple[int, ...], as_json: bool) -> None:
-    """List the objects of a frame, worked out from the settings in its header."""
     from scenes.render.exr.header import preset_from_settings
     from scenes.render.exr.sequence import read_whole
     from scenes.render.memory import preflight

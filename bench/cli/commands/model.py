@@ -109,7 +109,6 @@ def remove(name: str, as_json: bool) -> None:
 
 
 def _picture(out: Output, name: str, tree: "PartTree", path: Path) -> None:
-    """Write the contact sheet of a model's levels."""
     from scenes.imported.imported_prototype import imported_prototype
     from scenes.render.variants import choose
 
@@ -119,7 +118,6 @@ def _picture(out: Output, name: str, tree: "PartTree", path: Path) -> None:
 
 
 def _facts(tree: "PartTree") -> dict[str, Any]:
-    """What there is to know of a model, as plain data."""
     low, high = tree.meshes.vertices.min(axis=0), tree.meshes.vertices.max(axis=0)
     return {
         "sha256": tree.digest,
@@ -134,7 +132,6 @@ def _facts(tree: "PartTree") -> dict[str, Any]:
 
 
 def _tell(out: Output, name: str, tree: "PartTree") -> None:
-    """Print what a model holds, and its levels with a part of each."""
     facts = _facts(tree)
     parts = np.bincount(tree.level)
     triangles = np.bincount(tree.level, tree.meshes.count).astype(int)
@@ -183,7 +180,6 @@ def model_sheet(prototype: RiggedPrototype, out_png: str | Path, variant: str) -
 
 
 def _camera(prototype: RiggedPrototype) -> Camera:
-    """A camera before the model that has all of it in the picture."""
     tree = prototype.hierarchy
     away = float(tree.B[0]) / np.sin(np.radians(_FOV_DEG / 2))
     a, b = np.radians(_HEADING_DEG), np.radians(_PITCH_DEG)
@@ -194,7 +190,6 @@ def _camera(prototype: RiggedPrototype) -> Camera:
 
 
 def _frame(model: Placed, whole: Parts, level: int, view: View, variant: str) -> Layers:
-    """The model with what is finer than a level hidden."""
     shown = whole.level <= level
     row = np.cumsum(shown) - 1
     parts = whole.take(shown)

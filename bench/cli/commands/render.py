@@ -17,7 +17,6 @@ from bench.cli.flags import (
     file_flags,
     frame_numbers,
     memory_flag,
-    memory_limit_bytes,
     preset_from_flags,
     view_flags,
 )
@@ -66,7 +65,7 @@ def command(
     resume: bool,
     overwrite: bool,
     threads: int,
-    max_memory: str | None,
+    max_memory: int | None,
     fit: bool,
     cluster: str | None,
     as_json: bool,
@@ -75,17 +74,16 @@ def command(
     """Prune, render and write frames: colour, depth, normals, albedo and ids."""
     check_pattern(pattern)
     numbers = frame_numbers(frames)
-    most_bytes = memory_limit_bytes(max_memory)
     look = PictureStyle(tone, exposure, view)
     chosen = preset_from_flags(preset, **flags)
     if fit:
-        chosen = fit_to_memory(chosen, most_bytes)
+        chosen = fit_to_memory(chosen, max_memory)
     from scenes.render.render_files import Workers, render_files, settled
 
     check_targets([frame_path(pattern, number) for number in numbers])
     check_ours(_previews(pattern) if preview else (), overwrite, "--preview")
-    settings = settled(chosen, pattern, numbers, most_bytes, partial(click.echo, err=True))
-    workers = Workers(threads, most_bytes, cluster)
+    settings = settled(chosen, pattern, numbers, max_memory, partial(click.echo, err=True))
+    workers = Workers(threads, max_memory, cluster)
     with output(as_json) as out:
         records: list[dict[str, Any]] = []
         tell_first_run()
@@ -107,7 +105,8 @@ def command(
         end = {"done": len(done), "failed": len(failed), "failures": failed}
         out.record({**end, "previews": pictures})
     if failed:
-        raise click.ClickException(_failures(failed, len(numbers)))
+        first = "; ".join(f"frame {each['frame']}: {each['error']}" for each in failed[:3])
+        raise click.ClickException(f"{len(failed)} of {len(numbers)} frames failed: {first}")
 
 
 @contextmanager
@@ -120,12 +119,6 @@ def _counted(out: Output, records: Sequence[dict[str, Any]]) -> Iterator[None]:
         done = len(records) - len(failures)
         out.record({"done": done, "failed": len(failures) + 1, "failures": failures})
         raise
-
-
-def _failures(failed: Sequence[dict[str, Any]], frames: int) -> str:
-    """Write how many frames failed, and why the first three did."""
-    first = "; ".join(f"frame {each['frame']}: {each['error']}" for each in failed[:3])
-    return f"{len(failed)} of {frames} frames failed: {first}"
 
 
 def _line(record: dict[str, Any]) -> str:
@@ -163,7 +156,6 @@ def fit_to_memory(preset: Preset, most_bytes: int | None) -> Preset:
 
 
 def _previews(pattern: str) -> tuple[Path, Path]:
-    """Name the picture and the film that a sequence's previews are."""
     stem = preview_stem(pattern)
     return stem.with_name(f"{stem.name}.png"), stem.with_name(f"{stem.name}.mp4")
 

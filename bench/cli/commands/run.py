@@ -81,7 +81,6 @@ def _asked(
 
 
 def _check_metric(metric: str, names: Sequence[str]) -> None:
-    """Raise InputError for a metric that is unknown, built in, or not accepted by an experiment."""
     from bench.experiment import experiments
     from lod.metric import METRICS
     from scenes.plugins import metric_by_name
@@ -104,6 +103,7 @@ def _run_all(
     """
     from bench.experiment import experiments
     from bench.records.records import read_record
+    from bench.runs import run_request
 
     done = {each.name: path for each in asked if (path := kept.record_of(each))}
     for name, path in done.items():
@@ -124,7 +124,9 @@ def _run_all(
         out.note(f"lodbench: {each.name}, {len(done) + number + 1} of {len(asked)}: {expected}")
         start = time.perf_counter()
         try:
-            path, claims = _run(kept, each, spread)
+            with progress_bar("case") as progress:
+                experiment = experiments()[each.name]
+                path, record = run_request(experiment, each, kept, spread, progress)
         except Exception as error:
             if len(asked) == 1:
                 raise
@@ -132,20 +134,8 @@ def _run_all(
             failed.append(each.name)
             continue
         planned, spent = planned + expected_s[number], spent + time.perf_counter() - start
-        _tell(out, each.name, path, claims, False)
+        _tell(out, each.name, path, record.claims, False)
     return failed
-
-
-def _run(
-    kept: "Journal", asked: "RunRequest", spread: CaseExecutor
-) -> tuple[Path, tuple["Claim", ...]]:
-    """Run one experiment, write its record, and note it in the journal."""
-    from bench.experiment import experiments
-    from bench.runs import run_request
-
-    with progress_bar("case") as progress:
-        path, record = run_request(experiments()[asked.name], asked, kept, spread, progress)
-    return path, record.claims
 
 
 def _tell(out: Output, name: str, path: Path, claims: tuple["Claim", ...], kept: bool) -> None:

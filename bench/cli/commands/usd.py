@@ -6,14 +6,7 @@ from typing import Any
 
 import click
 
-from bench.cli.flags import (
-    LAST_FRAME,
-    StrictCommand,
-    memory_flag,
-    memory_limit_bytes,
-    preset_from_flags,
-    view_flags,
-)
+from bench.cli.flags import LAST_FRAME, StrictCommand, memory_flag, preset_from_flags, view_flags
 from bench.cli.output import output, progress_bar, tell_first_run
 from scenes.files import make_folder
 
@@ -31,7 +24,7 @@ def command(
     frame: int,
     overwrite: bool,
     as_json: bool,
-    max_memory: str | None,
+    max_memory: int | None,
     **flags: Any,
 ) -> None:
     """Write a frame's cut and camera as USD: sticks as curves, the ground as a mesh."""
@@ -43,15 +36,14 @@ def command(
 
     check_usd(path, overwrite)
     tell_first_run()
-    most_bytes = memory_limit_bytes(max_memory)
     chosen = preset_from_flags(preset, **flags)
-    chosen = within_budget(chosen, (frame,), most_bytes, partial(click.echo, err=True))
+    chosen = within_budget(chosen, (frame,), max_memory, partial(click.echo, err=True))
     make_folder(Path(path).parent)
     with output(as_json) as out:
         with progress_bar("step") as show:
             show(0, 3, "memory")
             scene = Scene(chosen)
-            preflight(scene, (frame,), most_bytes, SCALAR_VARIANT)
+            preflight(scene, (frame,), max_memory, SCALAR_VARIANT)
             show(1, 3, "cut")
             made = scene.input(frame, SCALAR_VARIANT)
             notes = {"lod:frame": str(frame), "lod:seed": str(chosen.seed)}

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from bench.cli.flags import StrictCommand, frame_numbers, memory_flag, memory_limit_bytes
+from bench.cli.flags import StrictCommand, frame_numbers, memory_flag
 from bench.cli.output import Output, frame_progress, output, progress_bar
 
 if TYPE_CHECKING:
@@ -35,17 +35,16 @@ def command(
     frames: str | None,
     threads: int,
     cluster: str | None,
-    max_memory: str | None,
+    max_memory: int | None,
     as_json: bool,
 ) -> None:
     """Hashes, headers, sizes, channels, NaN, infinite and negative values, gaps, partial files."""
     from scenes.render.render_files import Workers
 
-    most_bytes = memory_limit_bytes(max_memory)
     numbers = frame_numbers(frames) if frames else None
     with output(as_json) as out:
         count, wrong = _check(out, Path(folder), numbers)
-        workers = Workers(threads, most_bytes, cluster)
+        workers = Workers(threads, max_memory, cluster)
         left = _repair(out, Path(folder), wrong, workers) if repair and wrong else wrong
         out.record({"frames": count, "wrong": len(wrong), "repaired": len(wrong) - len(left)})
         out.say(_summary(count, wrong, left))
@@ -72,7 +71,6 @@ def _check(out: Output, folder: Path, frames: Sequence[int] | None) -> tuple[int
 def _repair(
     out: Output, folder: Path, wrong: list["Checked"], workers: "Workers"
 ) -> list["Checked"]:
-    """Repair what is wrong, and give what is wrong still."""
     from scenes.render.exr.verify import repairs
     from scenes.render.render_files import render_job
 

@@ -22,13 +22,14 @@ def targets(way="jit", factor=1.0, visibility=5e3):
         target = np.rint(1e9 * seen[:, k]).astype(int).tolist()
         samples.append(Column("target", target, {"band": band}))
         samples.append(Column("beyond", [200_000_000] * len(step), {"band": band}))
-    return Point({"what": "targets", "way": way, "visibility": visibility}, samples=tuple(samples))
+    case = {"topic": "air", "what": "targets", "way": way, "visibility": visibility}
+    return Point(case, samples=tuple(samples))
 
 
 def band(analytic, delta, low=100.0, pixels=50):
     samples = {"pixels": [pixels] * 3, "analytic": analytic, "scattered": [100, 101, 99]}
     samples |= {"medium": [100] * 3, "spectral": [100] * 3, "delta_e": delta}
-    return Point({"what": "bands", "from": low}, samples=columns(samples))
+    return Point({"topic": "air", "what": "bands", "from": low}, samples=columns(samples))
 
 
 def verdicts(*points):

@@ -13,15 +13,11 @@ from bench.experiments.cost import (
     SET_UP,
     STAGES,
     beyond_limit,
-    claims,
-    measure,
-    plots,
-    tables,
 )
 from bench.frame_costs import preset_costs
-from bench.frame_memory import GROWTH, HELD
+from bench.frame_memory import GROWTH, HELD, measure_memory
 from bench.records.records import Column, Point, columns, merge_points
-from bench.timing import DARK, SAMPLES, Command, noise_of_pair, sampling_settings
+from bench.timing import DARK, SAMPLES, noise_of_pair, sampling_settings
 from scenes.frame.frame_input import Quality
 from scenes.render import variants
 from scenes.render.light import load_plugin
@@ -67,7 +63,7 @@ def size(side, trace, set_up, error=0.004, megabytes=500, kind="meadow"):
 
 
 def by_estimand(points):
-    return {c.estimand: c for c in claims(tuple(points))}
+    return {c.estimand: c for c in EXPERIMENT.judged(tuple(points))}
 
 
 @pytest.mark.parametrize(
@@ -173,10 +169,10 @@ def command(words, turns, ratio, traced=0):
 
 def test_a_warm_command_is_held_against_its_imports_and_its_trace():
     """At most four times the imports, and one and a half times imports and trace."""
-    counting, frame = claims((command("count", 9, 3.5), command("render", 9, 3.5, 4000)))
+    counting, frame = EXPERIMENT.judged((command("count", 9, 3.5), command("render", 9, 3.5, 4000)))
     assert (counting.verdict, frame.verdict) == ("holds", "refuted")
     assert counting.measured == pytest.approx(3.5, rel=0.01) == frame.measured
-    assert claims((command("count", 2, 3.5),)) == ()
+    assert EXPERIMENT.judged((command("count", 2, 3.5),)) == ()
 
 
 def test_memory_is_held_against_its_estimate_and_does_not_grow():
@@ -185,7 +181,8 @@ def test_memory_is_held_against_its_estimate_and_does_not_grow():
         counts = {"estimated_bytes": [said], "peak_bytes": list(peaks)}
         return Point(named, samples=columns(counts))
 
-    near, far, grows = claims((held(90, 100), held(60, 100), held(100, *range(100, 200))))
+    points = held(90, 100), held(60, 100), held(100, *range(100, 200))
+    near, far, grows = EXPERIMENT.topics["memory"].claims(points)
     assert (near.verdict, far.verdict, grows.verdict) == ("holds", "refuted", "refuted")
 
 
@@ -193,9 +190,9 @@ def test_figures_and_tables_tell_the_record():
     points = (*frames(prune=0.05), size("whole", 1.0, 9.0), size("pruned", 1.0, 0.2), *worlds())
     points += command("count", 9, 3.5), command("x", 2, 1, 5)
     record = record_of(EXPERIMENT, points)
-    for _, (heads, rows) in tables(record):
+    for _, (heads, rows) in EXPERIMENT.tables(record):
         assert rows and {len(row) for row in rows} == {len(heads)}
-    drawn = plots(record)
+    drawn = EXPERIMENT.plots(record)
     assert all(len(plot.alt) > 80 and plot.drawn for plot in drawn) and len(drawn) == 3
 
 
@@ -212,7 +209,7 @@ def test_every_stage_of_a_real_frame_is_timed():
 def test_every_topic_has_cases_that_are_measured():
     for effort in ("quick", "full"):
         for name, topic in EXPERIMENT.topics.items():
-            assert EXPERIMENT.cases(name, topic.sizes(effort))
+            assert topic.cases(**topic.sizes(effort)), name
 
 
 @pytest.mark.slow
@@ -222,15 +219,16 @@ def test_a_small_run_is_measured_judged_and_shown(topic, monkeypatch):
     monkeypatch.setattr(frame_costs, "UNPRUNED", (1e2, 3e2, 1e3))
     few = dict([*sampling_settings().items()][::3])
     monkeypatch.setattr(timing, "sampling_settings", lambda: few)
-    sizes = dict(EXPERIMENT.topics[topic].quick)
+    sizes = EXPERIMENT.topics[topic].sizes("quick")
     small = {"processes": 1, "worlds": {"meadow": [20.0]}, "fields": 2, "size": "32x18", "spp": 4}
     small |= {"samples": [4, 16], "repeats": 8, "pairs": 1}
     sizes |= {name: value for name, value in small.items() if name in sizes}
-    points = [p for case in EXPERIMENT.cases(topic, sizes) for p in measure(case, 0)]
+    points = [p for case in EXPERIMENT.topics[topic].cases(**sizes) for p in case(0)]
     assert {p.case["topic"] for p in points} == {topic}
     if topic in ("cost", "speed", "settings"):
-        judged = replace(EXPERIMENT, claims=lambda points: ())
-        assert tables(record_of(judged, merge_points(points)))
+        mine = replace(EXPERIMENT.topics[topic], claims=lambda points: ())
+        judged = replace(EXPERIMENT, topics={topic: mine})
+        assert judged.tables(record_of(judged, merge_points(points)))
     else:
         assert len(EXPERIMENT.judged(tuple(points))) == 4
 
@@ -240,7 +238,7 @@ def test_a_small_run_is_measured_judged_and_shown(topic, monkeypatch):
 def test_memory_is_as_estimated_and_frame_after_frame_takes_no_more(case):
     if (why := works(case.variant)) is not True:
         pytest.skip(f"{case.variant} does not work here: {why}")
-    (found,) = claims(tuple(measure(case, 0)))
+    (found,) = EXPERIMENT.judged([measure_memory(case, 0)])
     assert found.verdict == "holds", found.measured
 
 
@@ -270,12 +268,12 @@ def asked(monkeypatch):
 
 
 def test_cold_commands_find_nothing_kept_and_warm_ones_the_same(asked):
-    cold, warm = measure(Command(("count", "meadow"), 8, 2), 0)
+    cold, warm = timing.measure_command(("count", "meadow"), 8, 2, None, 0)
     assert (cold.case["kept"], warm.case["kept"]) == ("cold", "warm")
     assert [word for word, _ in asked] == ["-c", "-m"] * 3 + ["-c", "-m"] * 8
     assert len({cache for word, cache in asked if word == "-m"}) == 3
     assert warm.column("imports_us") == [500_000] * 8 and not any(warm.column("trace_us"))
-    (first,) = measure(Command(("render", "meadow"), 0, 1, JIT_VARIANT), 0)
+    (first,) = timing.measure_command(("render", "meadow"), 0, 1, JIT_VARIANT, 0)
     assert first.column("trace_us") == [1_500_000]
 
 

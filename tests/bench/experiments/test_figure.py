@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from bench.experiment import Topic
 from bench.experiments.figure import (
     COUNTED,
     EVERYTHING,
@@ -16,20 +15,18 @@ from bench.experiments.figure import (
     POINTS_PER_JOINT,
     POSED,
     SIZED,
-    Approach,
     Counted,
     Curve,
     cases,
-    claims,
     counted,
     displayed_parts,
     exponent,
     halves,
     line,
     looked_from,
+    measure_curve,
     no_smaller,
     object_of,
-    plots,
     rank_correlation,
     sized,
     tables,
@@ -45,8 +42,8 @@ from lod.pruner import Parts, prune
 from lod.shapes import Sticks
 
 SIZES = {"poses": 6, "distances": 8, "repeats": 8, "posed": 3}
-SMALL = replace(EXPERIMENT, topics={"figure": Topic(about="", quick=SIZES, seconds=(1, 1))})
-CURVES = [case.curve for case in cases("figure", SIZES) if isinstance(case, Approach)]
+SMALL = replace(EXPERIMENT, topics={"figure": replace(EXPERIMENT.topics["figure"], quick=SIZES)})
+CURVES = [case.args[0] for case in cases(**SIZES) if case.func is measure_curve]
 
 
 def count(curve, poses, distances, seed):
@@ -248,7 +245,7 @@ def planted(power, parts=1000):
     base = np.geomspace(2.0, 900.0, 25)
     far, rng = looked_from(base, 60), chance(5)
     counts = np.clip(np.rint(parts * far**power * rng.lognormal(0, 0.05, 60)), 1, parts)
-    case = {"what": COUNTED, "kind": "rabbit", "metric": "blake", "detail": 1.0}
+    case = {"topic": "figure", "what": COUNTED, "kind": "rabbit", "metric": "blake", "detail": 1.0}
     case |= {"parts": parts, "fits": 1.0}
     return tuple(
         Point({**case, "distance": float(d)}, samples=columns({"parts": row.astype(int).tolist()}))
@@ -260,17 +257,17 @@ def levels(sizes_um):
     """A kind with one part a level, each the whole of the next."""
     n = len(sizes_um)
     samples = {"level": list(range(n)), "whole": list(range(-1, n - 1)), "P_um": sizes_um}
-    return Point({"what": SIZED, "kind": "rabbit"}, samples=columns(samples))
+    return Point({"topic": "figure", "what": SIZED, "kind": "rabbit"}, samples=columns(samples))
 
 
 def posed(ratio):
     matrices = [1000 + k for k in range(31)]
     times = {"quaternions_ns": [round(ratio * t) for t in matrices], "matrices_ns": matrices}
-    return Point({"what": POSED, "task": "composing"}, samples=columns(times))
+    return Point({"topic": "figure", "what": POSED, "task": "composing"}, samples=columns(times))
 
 
 def verdicts(*points, ratio=0.9):
-    return {c.name: c.verdict for c in claims((*points, posed(ratio)))}
+    return {c.name: c.verdict for c in EXPERIMENT.judged((*points, posed(ratio)))}
 
 
 def test_each_reading_counts_over_its_own_distances():
@@ -360,7 +357,7 @@ def test_every_kind_is_claimed_alike_and_every_reading_has_its_row(record):
 
 
 def test_every_figure_is_told_in_words(record):
-    drawn = plots(record)
+    drawn = EXPERIMENT.plots(record)
     assert drawn[0].name == "person-parts" and drawn[-1].name == "sizes"
     assert len(drawn) == len({f.name for f in drawn}) == 8
     assert all(len(f.alt) > 80 and f.svg.startswith("<svg") for f in drawn)

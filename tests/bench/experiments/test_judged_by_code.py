@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from bench.experiment import experiments
-from bench.records.records import Column, Point, Record, read_record
+from bench.records.records import Column, Point, Record, read_record, where
 from bench.report.document import MARKS
 from lod.errors import InputError
 
@@ -145,8 +145,9 @@ def test_every_claim_changes_with_its_columns(name):
 
 
 def test_a_claim_that_rests_on_no_column_is_found():
-    judge, points = EXPERIMENTS["air"].judged, reference("air").points
-    fixed = replace(judge(points)[0], estimand="fixed", condition={})
+    judge, points = EXPERIMENTS["law"].topics["depth"].claims, reference("law").points
+    points = tuple(where(points, topic="depth"))
+    fixed = replace(next(judge(points)), estimand="fixed", condition={})
     assert unmoved(lambda points: (*judge(points), fixed), points) == {"fixed"}
 
 

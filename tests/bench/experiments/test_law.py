@@ -1,8 +1,8 @@
 """The experiment law: its grid, its verdicts on planted counts, and a run from end to end."""
 
 import re
-from dataclasses import replace
-from functools import cache
+from dataclasses import asdict, replace
+from functools import cache, partial
 
 import numpy as np
 import pytest
@@ -19,19 +19,15 @@ from bench.counting import (
     predict,
     scaling_grid,
 )
-from bench.experiment import Topic
 from bench.experiments.law import (
     EXPERIMENT,
     EXTENTS_M,
     FAR,
     QUADRANTS,
-    SampledCase,
     beyond,
-    claims,
-    measure,
+    measure_scaling,
     noise_of,
     over_flat_ground,
-    plots,
     rows,
     swept,
 )
@@ -56,9 +52,7 @@ law_of = cache(predict)
 
 
 def point(case, samples):
-    return Point(
-        {"topic": "scaling", **case.as_json()}, predictions(law_of(case).as_json()), samples
-    )
+    return Point({"topic": "scaling", **asdict(case)}, predictions(asdict(law_of(case))), samples)
 
 
 @pytest.mark.parametrize("metric", ["blake", "bounded", "solid_angle"])
@@ -76,7 +70,7 @@ def test_the_limit_is_far_beyond_the_eye_height_wherever_the_power_of_m_is_claim
 
 
 def test_counts_are_near_their_prediction():
-    found = measure(SampledCase(SMALL, StoppingRule(0.03, 4, 4000)), seed=0)
+    found = measure_scaling(SMALL, StoppingRule(0.03, 4, 4000), seed=0)
     for what in ("objects", "parts"):
         ratio = np.mean(found.column(what)) / found.prediction(what)
         assert ratio == pytest.approx(1.0, abs=0.09)  # three standard errors
@@ -89,7 +83,7 @@ def planted(seed, prefactor=1.0, drift=0.0, power=1.0, search=0.0, effort=0.004)
     """Points of the figures' grid, with counts drawn about a law that may be a false one."""
     chance, points = np.random.default_rng(seed), []
     for case in FIGURES:
-        law = law_of(case).as_json()
+        law = asdict(law_of(case))
         samples = {}
         factor = prefactor * (case.extent or 1.0) ** drift
         for what in ("objects", "parts"):
@@ -105,7 +99,7 @@ def planted(seed, prefactor=1.0, drift=0.0, power=1.0, search=0.0, effort=0.004)
 
 
 def verdicts(points):
-    return {claim.name: claim.verdict for claim in claims(points)}
+    return {claim.name: claim.verdict for claim in EXPERIMENT.judged(points)}
 
 
 GROWTH = "exponent_of_objects_displayed_against"
@@ -153,7 +147,7 @@ def points():
     made = []
     for case in beyond_grid():
         if case.sweep != "mixed":
-            counts = [count_field(case, field_seed(case.as_json(), 1, k)) for k in range(6)]
+            counts = [count_field(case, field_seed(asdict(case), 1, k)) for k in range(6)]
             samples = dict(zip(COLUMNS, map(list, zip(*counts, strict=True)), strict=True))
             made.append(point(case, columns(samples)))
     return tuple(made)
@@ -200,16 +194,18 @@ def test_a_violation_is_expected_where_the_extended_model_says_so_alone(points):
         )
         for p in points
     )
-    flat = [c for c in claims(alike) if "flat-ground" in c.estimand]
+    flat = [c for c in EXPERIMENT.judged(alike) if "flat-ground" in c.estimand]
     assert flat and {c.verdict for c in flat} == {"refuted"}
-    hills = [c for c in claims(points) if "flat-ground" in c.estimand and "hills" in c.where]
+    hills = [
+        c for c in EXPERIMENT.judged(points) if "flat-ground" in c.estimand and "hills" in c.where
+    ]
     assert [c.violation_expected for c in hills] == [False, True]
 
 
 @pytest.mark.slow
 def test_several_species_are_counted_together():
     case = next(case for case in beyond_grid() if case.sweep == "mixed")
-    counts = [count_field(case, field_seed(case.as_json(), 1, k)) for k in range(12)]
+    counts = [count_field(case, field_seed(asdict(case), 1, k)) for k in range(12)]
     samples = dict(zip(COLUMNS, map(list, zip(*counts, strict=True)), strict=True))
     found = rows([point(case, columns(samples))], "objects").over_prediction()
     assert found.low < 1.02 and found.high > 0.98
@@ -236,8 +232,10 @@ def pierced_points(favoured=1.0, growing=0.0):
 
 
 def test_verdicts_follow_from_surfaces_pierced():
-    assert {c.verdict for c in claims(pierced_points())} == {"holds"}
-    refuted = [c.name for c in claims(pierced_points(growing=0.5)) if c.verdict == "refuted"]
+    assert {c.verdict for c in EXPERIMENT.judged(pierced_points())} == {"holds"}
+    refuted = [
+        c.name for c in EXPERIMENT.judged(pierced_points(growing=0.5)) if c.verdict == "refuted"
+    ]
     assert refuted == ["surfaces_pierced_side_of_the_world_450_m_over_300_m/pruned"]
     found = verdicts(pierced_points(favoured=2.0))
     assert found["surfaces_pierced_over_mean_of_all_directions/pruned/1"] == "refuted"
@@ -245,8 +243,8 @@ def test_verdicts_follow_from_surfaces_pierced():
 
 def test_every_sweep_and_depth_have_their_plots(points):
     both = (*points, *pierced_points())
-    record = Record("law", 1, True, "", provenance("", 0), both, claims(both), {})
-    drawn = plots(record)
+    record = Record("law", 1, True, "", provenance("", 0), both, EXPERIMENT.judged(both), {})
+    drawn = EXPERIMENT.plots(record)
     names = {plot.name for plot in drawn}
     assert names == {"depth", *(f"beyond-{sweep}" for sweep in BEYOND if sweep != "mixed")}
     assert not any(re.search(r"\bnan\b", plot.svg) for plot in drawn)
@@ -263,14 +261,16 @@ FEW = tuple(
 
 
 def run_few(seed=0, topics=("scaling",), **more):
-    def cases(topic, sizes, metric):
-        if topic == "scaling":
-            return [SampledCase(case, StoppingRule(**sizes)) for case in FEW]
-        return EXPERIMENT.cases(topic, sizes)
+    def cases(metric, **rule):
+        return [partial(measure_scaling, case, StoppingRule(**rule)) for case in FEW]
 
-    sizes = {"scaling": {"target": 0.1, "least": 3, "most": 50}, "depth": {"fields": 2}}
-    few = {name: Topic(about="", quick=each, seconds=(1, 1)) for name, each in sizes.items()}
-    experiment = replace(EXPERIMENT, cases=cases, topics=few)
+    scaling, depth = (EXPERIMENT.topics[name] for name in ("scaling", "depth"))
+    rule = {"target": 0.1, "least": 3, "most": 50}
+    few = {
+        "scaling": replace(scaling, cases=cases, quick=rule),
+        "depth": replace(depth, quick={"fields": 2}),
+    }
+    experiment = replace(EXPERIMENT, topics=few)
     return run_experiment(experiment, RunRequest("law", topics, True, seed), **more)
 
 
@@ -279,11 +279,11 @@ def test_a_run_is_its_record(tmp_path):
     record = run_few(topics=("scaling", "depth"), progress=lambda *args: told.append(args))
     assert [done for done, _, _ in told] == list(range(13))
     assert record.quick and record.experiment == "law"
-    named = [{"topic": "scaling", **case.as_json()} for case in FEW]
+    named = [{"topic": "scaling", **asdict(case)} for case in FEW]
     assert [p.case for p in where(record.points, topic="scaling")] == named
     assert record.notes["sizes"]["scaling"]["target"] == 0.1
     back = read_record(write_record(record, tmp_path))
-    assert back == record and claims(back.points) == record.claims
+    assert back == record and EXPERIMENT.judged(back.points) == record.claims
 
 
 def test_the_same_seed_gives_the_same_samples():

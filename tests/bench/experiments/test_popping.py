@@ -18,10 +18,10 @@ from bench.experiments.popping import (
     SHIPPED,
     SHIPPED_WAYS,
     WALK_WAYS,
-    Clip,
-    Steps,
     clip_scenes,
     in_one_only,
+    measure_clip,
+    measure_steps,
     pixels_seen_before,
 )
 from bench.motion_residual import frames_of, popped
@@ -116,13 +116,14 @@ def test_every_topic_is_plotted():
 
 
 def test_a_walk_has_all_its_pairs_in_cases_that_are_kept_one_by_one():
-    made = EXPERIMENT.cases("popping_shipped", EXPERIMENT.topics["popping_shipped"].full)
+    topic = EXPERIMENT.topics["popping_shipped"]
+    made = [case.args for case in topic.cases(**topic.sizes("full"))]
     for preset in ("forest", "mountain"):
         for way in SHIPPED_WAYS:
-            mine = [case for case in made if (case.preset, case.way) == (preset, way)]
-            frames = [case.first + k for case in mine for k in range(case.pairs)]
-            assert frames == list(range(1, 49)) and max(c.pairs for c in mine) == AT_ONCE
-            loaded = load_preset(preset, mine[0].settings)
+            mine = [rest for name, how, *rest in made if (name, how) == (preset, way)]
+            frames = [first + k for _, first, pairs, _ in mine for k in range(pairs)]
+            assert frames == list(range(1, 49)) and max(each[2] for each in mine) == AT_ONCE
+            loaded = load_preset(preset, (*mine[0][0], *SHIPPED_WAYS[way]))
             assert loaded.camera.speed == 1.4
             assert loaded.view.detail == load_preset(preset, ()).view.detail
             assert (loaded.view.fade == 0) == (way == CLIPPED)
@@ -186,14 +187,11 @@ def test_what_a_turn_brings_into_view_is_told_from_what_was_seen():
 @pytest.mark.slow
 def test_clips_and_clipped_walks_are_measured():
     """Of the wood in which large branches come and go, with pixels as large as they."""
-    film = EXPERIMENT.measure(Clip("stop", "planted faults", 15, 17, choose()), 0)
+    film = measure_clip("stop", "planted faults", (15, 17), choose(), 0)
     assert film.column("frame") == [16, 17] and min(film.column("residual_ppm")) > 0
     wood = "world.extent=60.0", "terrain.reach=300.0", "view.haze_aware=false"
     looks = *wood, "render.size=64x36", "render.spp=4", "view.detail=2.4"
-    found = [
-        EXPERIMENT.measure(Steps("forest", way, (*looks, *more), 36, 1, choose()), 0)
-        for way, more in SHIPPED_WAYS.items()
-    ]
+    found = [measure_steps("forest", way, looks, 36, 1, choose(), 0) for way in SHIPPED_WAYS]
     assert [p.column("frame") for p in found] == [[37]] * 2
     (shipped,), (clipped,) = (p.column("popped") for p in found)
     assert shipped == 0 and clipped > 2

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from bench.acting import (
-    Clearance,
-    Feet,
-    Meetings,
-    Updating,
-    Waiting,
     acted_on_a_copy,
+    measure_clearance,
+    measure_feet,
+    measure_meetings,
+    measure_updating,
+    measure_waiting,
     off_px,
     sticks_off_px,
     troupe_of,
@@ -24,9 +24,7 @@ from bench.experiments.scheduling import (
     MOVES,
     SPEEDS,
     THRESHOLDS,
-    claims,
     counted,
-    plots,
     redrawn,
 )
 from bench.experiments.scheduling import (
@@ -81,7 +79,7 @@ POINTS = (*map(schedule, MOVES), timed())
 
 
 def test_every_claim_is_judged_from_the_points():
-    found = claims(POINTS)
+    found = EXPERIMENT.judged(POINTS)
     refuted = [c.estimand for c in found if c.verdict == "refuted"]
     assert refuted == [
         "CPU time of a frame, scheduled ÷ all drawn",
@@ -93,14 +91,14 @@ def test_every_claim_is_judged_from_the_points():
 
 def test_a_part_too_far_off_refutes_its_threshold():
     wrong = edited(POINTS[0], "off_mpx", lambda _: [501, 499, 400], rule="0.5 px")
-    verdicts = {c.value: c.verdict for c in claims((wrong,)) if c.unit == "exact"}
+    verdicts = {c.value: c.verdict for c in EXPERIMENT.judged((wrong,)) if c.unit == "exact"}
     assert verdicts == {0.25: "holds", 0.5: "refuted", 1.0: "holds"}
     assert farthest_px(wrong, "0.5 px") == 0.501
 
 
 def test_the_figure_has_no_gaps():
     record = record_of(EXPERIMENT, POINTS)
-    (plot,) = plots(record)
+    (plot,) = EXPERIMENT.plots(record)
     assert not re.search(r"\bnan\b", plot.svg) and "Watson" in plot.caption
 
 
@@ -126,7 +124,7 @@ def test_a_real_crowd_is_scheduled_as_each_rule_says():
 
 
 def test_those_who_wait_are_off_by_less_than_the_threshold():
-    (found,) = Waiting(8, 16, threshold=8.0).measure(0)
+    found = measure_waiting(8, 16, 0, threshold=8.0)
     assert 0.1 < found.column("updated")[0] / found.column("acted")[0] < 0.9
     for error in ("at once", "in time"):
         worst, most = (
@@ -135,7 +133,7 @@ def test_those_who_wait_are_off_by_less_than_the_threshold():
         assert 0 < worst <= most < 8000
     every, some = (sum(found.column("displayed", way=way)) for way in ("all", "scheduled"))
     assert some == pytest.approx(every, rel=0.01)
-    assert len(claims((found,))) == 3
+    assert len(EXPERIMENT.judged((found,))) == 3
 
 
 def test_a_copy_acts_and_leaves_the_scene_as_it_was():
@@ -169,24 +167,24 @@ def test_sticks_are_held_against_the_same_sticks():
 
 
 def test_people_keep_clear_of_each_other():
-    (found,) = Clearance(8, 8.0, 1.0).measure(0)
+    found = measure_clearance(8, 8.0, 1.0, 0)
     assert min(found.column("nearest_mm")) > 400 and len(found.column("nearest_mm")) == 24
-    (claimed,) = claims((found,))
+    (claimed,) = EXPERIMENT.judged((found,))
     assert claimed.verdict == "holds"
     bumped = edited(found, "nearest_mm", lambda apart: [*apart[:-1], 399])
-    assert claims((bumped,))[0].verdict == "refuted"
+    assert EXPERIMENT.judged((bumped,))[0].verdict == "refuted"
 
 
 def test_feet_stand_as_those_of_the_field_do():
     """In the first second all set off and turn; where feet are not planted it is 13 mm a frame."""
-    (actors,), (field,) = (Feet(8, 1.0, of_field).measure(0) for of_field in (False, True))
+    actors, field = (measure_feet(8, 1.0, of_field, 0) for of_field in (False, True))
     assert field.column("slide_um", statistic="mean")[0] < 2500
     assert actors.column("slide_um", statistic="mean")[0] < 11_500
     assert max(each.column("sink_um")[0] for each in (actors, field)) < 1700
 
 
 def test_every_shipped_behaviour_of_bodies_is_measured():
-    points = Updating(2, 4, 12.0, True).measure(0)
+    points = measure_updating(2, 4, 12.0, True, 0)
     shipped = {"walk", "follow", "flee", "herd", "face_wind"}
     assert {p.case["who"] for p in points} == shipped | {"walk without waving"}
     assert shipped == set(BEHAVIOURS) - {"watch", "chase"}
@@ -214,23 +212,29 @@ def test_a_crowd_is_held_against_the_aim():
         ways = (each for way, us in spent.items() for each in columns({"cpu_us": us}, way=way))
         return Point(case, samples=(*off, *ways))
 
-    assert [c.verdict for c in claims((crowd(4, 400),))] == ["holds"] * 3
-    assert [c.verdict for c in claims((crowd(2, 900),))] == ["refuted", "holds", "refuted"]
+    assert [c.verdict for c in EXPERIMENT.judged((crowd(4, 400),))] == ["holds"] * 3
+    assert [c.verdict for c in EXPERIMENT.judged((crowd(2, 900),))] == [
+        "refuted",
+        "holds",
+        "refuted",
+    ]
 
 
 @pytest.mark.slow
 def test_who_meets_in_a_preset_is_told_by_kinds():
-    (met,) = Meetings("playground", 2).measure(0)
+    met = measure_meetings("playground", 2, 0)
     assert met.column("updated") == met.column("acted")  # in the first frames everyone sets off
     together = met.column("nearest_mm", pair="figure and figure")
     assert min(together) >= min(met.column("nearest_mm")) > 400
-    assert claims((met,))[0].verdict == "holds"
+    assert EXPERIMENT.judged((met,))[0].verdict == "holds"
 
 
 @pytest.mark.slow
 def test_a_small_run_of_actors_is_measured_judged_and_shown():
-    sizes = dict(EXPERIMENT.topics["acting"].quick) | {"frames": 4, "crowd": 12, "people": 6}
-    points = [p for case in EXPERIMENT.cases("acting", sizes) for p in case.measure(0)]
+    topic = EXPERIMENT.topics["acting"]
+    sizes = topic.sizes("quick") | {"frames": 4, "crowd": 12, "people": 6}
+    found = [case(0) for case in topic.cases(**sizes)]
+    points = [p for each in found for p in (each if isinstance(each, list) else [each])]
     assert record_of(EXPERIMENT, points).claims
     assert {p.case["what"] for p in points} == {
         "waiting",

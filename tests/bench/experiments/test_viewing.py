@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import asdict
+from functools import partial
 
 import numpy as np
 import pytest
@@ -10,15 +11,21 @@ from bench import motion_cuts, part_sizes
 from bench.experiments.viewing import (
     EXPERIMENT,
     VIEWERS,
-    EyeCase,
-    HazeCase,
     haze_views,
     left_out,
+    measure_eye,
+    measure_haze,
     one_sided_excess_flip,
 )
 from bench.images.differences import LEAST_PAIRS
-from bench.lens_cuts import BANDS_M, LENS_CUTS, LensFields, LensPictures
-from bench.motion_cuts import BARE, FAST, MOVES, Move, Pictures, displayed_parts
+from bench.lens_cuts import (
+    BANDS_M,
+    LENS_CUTS,
+    measure_lens_fields,
+    measure_lens_parts,
+    measure_lens_pictures,
+)
+from bench.motion_cuts import BARE, FAST, MOVES, Move, displayed_parts, measure_pictures
 from bench.part_sizes import SIZES, part_counts, predicted_parts, prototypes_with, size_class
 from bench.records.records import Column, Point, columns, merge_points
 from bench.statistics.estimates import two_sided_share
@@ -31,7 +38,7 @@ from tests.bench.edited import edited, record_of
 
 
 def measured(cases, seed=5):
-    found = [EXPERIMENT.measure(case, seed) for case in cases]
+    found = [case(seed) for case in cases]
     points = [p for each in found for p in ([each] if isinstance(each, Point) else each)]
     return record_of(EXPERIMENT, merge_points(points))
 
@@ -39,14 +46,13 @@ def measured(cases, seed=5):
 @pytest.fixture(scope="module")
 def haze():
     seen = (500.0, 2e3, 5e4)
-    return measured(
-        [HazeCase("figure", "nobody", 640, 4, seen), HazeCase("tree", "eye", 640, 4, seen)]
-    )
+    kinds = ("figure", "nobody"), ("tree", "eye")
+    return measured([partial(measure_haze, *each, 640, 4, visibilities_m=seen) for each in kinds])
 
 
 @pytest.fixture(scope="module")
 def eye():
-    return measured([EyeCase("figure", ppd, 4) for ppd in (30.0, 67.0, 120.0)])
+    return measured([partial(measure_eye, "figure", ppd, 4) for ppd in (30.0, 67.0, 120.0)])
 
 
 def verdicts(record):
@@ -116,7 +122,9 @@ def test_a_law_that_knows_no_haze_is_refuted(monkeypatch):
     monkeypatch.setattr(
         part_sizes, "chained_limits", lambda tree, name, m, sight=None: limits(tree, name, m)
     )
-    blinded = measured([HazeCase("figure", "nobody", 640, 4, (500.0, 2e3))], seed=0)
+    blinded = measured(
+        [partial(measure_haze, "figure", "nobody", 640, 4, visibilities_m=(500.0, 2e3))], seed=0
+    )
     assert verdicts(blinded)[KEPT] == "refuted"
 
 
@@ -150,9 +158,9 @@ def test_records_are_drawn(name, count, request):
 
 
 def test_the_same_seed_counts_the_same(eye):
-    again = EXPERIMENT.measure(EyeCase("figure", 30.0, 4), 5)
+    again = measure_eye("figure", 30.0, 4, 5)
     assert again == eye.points[0]
-    assert EXPERIMENT.measure(EyeCase("figure", 30.0, 4), 6).samples != again.samples
+    assert measure_eye("figure", 30.0, 4, 6).samples != again.samples
 
 
 def counted(move, world="endless", keeps=0.25):
@@ -233,14 +241,14 @@ def test_a_fast_pan_looks_as_it_did_and_one_cut_coarsely_does_not(monkeypatch):
     points = merge_points(
         point
         for pair in range(LEAST_PAIRS)
-        for point in EXPERIMENT.measure(Pictures(FAST, pair, cuts, choose(), 16), 0)
+        for point in measure_pictures(FAST, pair, cuts, choose(), 16, 0)
     )
     found = {point.case["cut"]: one_sided_excess_flip(point) for point in points}
     assert found["motion"].high < 0.01 < found["planted"].low
 
 
 def test_the_law_knows_how_many_parts_a_lens_leaves():
-    record = measured([LensFields(6)], seed=0)
+    record = measured([partial(measure_lens_fields, 6)], seed=0)
     (ratio,) = record.claims
     assert ratio.low < 1.01 and ratio.high > 0.99
     assert ratio.high - ratio.low < 0.1
@@ -263,9 +271,7 @@ def test_a_cut_that_knows_of_the_lens_is_held_against_one_that_does_not():
 
 @pytest.mark.slow
 def test_the_lens_hides_parts_that_are_far_and_pictures_are_compared():
-    aware, unaware = EXPERIMENT.measure(
-        EXPERIMENT.cases("defocus", {"fields": 2, "size": "24x14", "spp": []})[1], 0
-    )
+    aware, unaware = measure_lens_parts("480x270", 0)
     sharp, lens = (
         np.array([p.column("parts", **{"from": low})[0] for low in BANDS_M[:-1]])
         for p in (unaware, aware)
@@ -273,5 +279,5 @@ def test_the_lens_hides_parts_that_are_far_and_pictures_are_compared():
     assert (lens <= sharp).all() and lens.sum() < 0.8 * sharp.sum()
     saved = 1 - lens / np.maximum(sharp, 1)
     assert saved[-1] == saved.max() and saved[2] < 0.1  # at the focus hardly any
-    points = EXPERIMENT.measure(LensPictures(0, "24x14", (1, 4), choose()), 0)
+    points = measure_lens_pictures(0, "24x14", (1, 4), choose(), 0)
     assert [p.case["cut"] for p in points] == [*LENS_CUTS, "unpruned"]

@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 
-from bench.experiments.images import EXPERIMENT, claims, plots
+from bench.experiments.images import EXPERIMENT
 from bench.images.colonnade import (
     COUNT,
     DEPTH_M,
@@ -81,6 +81,6 @@ def test_a_quick_run_holds_what_it_must_and_is_judged_by_its_samples():
         else p
         for p in record.points
     )
-    again = {claim.estimand: claim.verdict for claim in claims(worse)}
+    again = {claim.estimand: claim.verdict for claim in EXPERIMENT.judged(worse)}
     assert again[by_angle] == "refuted"
-    assert not any(re.search(r"\bnan\b", plot.svg) for plot in plots(record))
+    assert not any(re.search(r"\bnan\b", plot.svg) for plot in EXPERIMENT.plots(record))

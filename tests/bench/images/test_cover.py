@@ -6,12 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bench.experiments.images import EXPERIMENT, claims, plots
+from bench.experiments.images import EXPERIMENT
 from bench.images.cover import (
     LOOKS,
     SAME_RAYS,
-    Case,
     Seen,
+    Shot,
     cases,
     coverage,
     displayed,
@@ -22,6 +22,7 @@ from bench.images.cover import (
     tone,
     whole,
     window_view,
+    world_seed,
 )
 from bench.records.provenance import provenance
 from bench.records.records import Column, Point, Record
@@ -148,29 +149,30 @@ def planted(shift=0.0, quantity="light"):
 def test_verdicts_follow_from_the_light_the_land_and_the_rays_of_each_band():
     """Of 2 looks with 8 bands at two details and 3 with 2 at one: three claims in own air, else
     two."""
-    found = claims(planted())
+    found = EXPERIMENT.judged(planted())
     assert len(found) == (2 * 8 * 2 + 3 * 2) * 5 and {c.verdict for c in found} == {"holds"}
     for quantity, words in (
         ("light", "luminance ratio to the unpruned scene"),
         ("land", "luminance ratio to the unpruned scene, without airlight"),
         ("rays", "coverage ratio to the unpruned scene"),
     ):
-        refuted = [c for c in claims(planted(0.03, quantity)) if c.verdict == "refuted"]
+        refuted = [c for c in EXPERIMENT.judged(planted(0.03, quantity)) if c.verdict == "refuted"]
         mine = [c for c in refuted if c.estimand == words]
         assert len(mine) == 4 * (1 if quantity == "land" else 2)
         assert quantity == "rays" or mine == refuted
 
 
 def test_fields_that_are_judged_were_never_looked_at():
-    full = [c.world_seed(0) for c in cases(EXPERIMENT.topics["cover"].full)]
-    quick = [c.world_seed(4) for c in cases(EXPERIMENT.topics["cover"].quick)]
+    topic = EXPERIMENT.topics["cover"]
+    full = [world_seed(*c.args[1:], 0) for c in cases(**topic.sizes("full"))]
+    quick = [world_seed(*c.args[1:], 4) for c in cases(**topic.sizes("quick"))]
     assert min(full) > BUILDING_SEEDS >= max(quick)
 
 
 def test_the_report_draws_every_look():
     points = planted(0.03)
-    made = Record("images", 1, True, "", provenance("", 0), points, claims(points), {})
-    drawn = plots(made)
+    made = Record("images", 1, True, "", provenance("", 0), points, EXPERIMENT.judged(points), {})
+    drawn = EXPERIMENT.plots(made)
     assert len(drawn) == len(LOOKS)
     assert not any(re.search(r"\bnan\b", plot.svg) for plot in drawn)
 
@@ -179,7 +181,7 @@ def test_the_whole_has_every_leaf_in_view_and_no_cover_is_bare_ground():
     """One kind of tree, few of them."""
     kept = ("species.shrub.density=0.0002",)
     others = [f"species.{s}.density=0" for s in ("broadleaf", "birch", "conifer", "figure")]
-    case = Case("aerial", "clear", 12.0, True)
+    case = Shot("aerial", "clear", 12.0, True)
     preset = preset_of(case.look, case.air, 1, (*kept, *others, "species.shrub.prototypes=1"))
     scene = Scene(preset)
     (ground, shrubs), (bare, _) = whole(scene, LOOKS[case.look]), displayed(scene, 48.0, False)

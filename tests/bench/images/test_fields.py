@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bench.experiments.images import EXPERIMENT, claims, plots
+from bench.experiments.images import EXPERIMENT
 from bench.images.differences import (
     PAIR_BANDS,
     Looks,
@@ -45,7 +45,7 @@ from scenes.frame.layers import Layers
 from scenes.models.catalogue import PROTOTYPE_SEED
 from scenes.presets.load import load_preset
 
-FULL, QUICK = EXPERIMENT.topics["fidelity"].full, EXPERIMENT.topics["fidelity"].quick
+FULL, QUICK = (EXPERIMENT.topics["fidelity"].sizes(effort) for effort in ("full", "quick"))
 DETAILS = FULL["details"]
 SHAPE = (12, 16)
 PAIRS = 8
@@ -174,7 +174,9 @@ def test_grass_is_compared_at_a_coarser_error_and_by_the_metric_of_the_view():
 
 
 def verdicts(points):
-    return {(c.estimand, *c.condition.values()): c.verdict for c in claims(tuple(points))}
+    return {
+        (c.estimand, *c.condition.values()): c.verdict for c in EXPERIMENT.judged(tuple(points))
+    }
 
 
 def test_verdicts_follow_from_samples():
@@ -206,8 +208,8 @@ def test_a_metric_that_never_reaches_the_error_is_not_compared():
 
 def test_the_report_draws_every_view():
     points = planted()
-    made = Record("images", 1, True, "", provenance("", 0), points, claims(points), {})
-    shown = {plot.name: plot for plot in plots(made)}
+    made = Record("images", 1, True, "", provenance("", 0), points, EXPERIMENT.judged(points), {})
+    shown = {plot.name: plot for plot in EXPERIMENT.plots(made)}
     assert "fidelity-luminance-ratio" in shown and "fidelity-aerial-parts" in shown
     assert all(not re.search(r"\bnan\b", plot.svg) for plot in shown.values())
     assert "0.012, 0.012, 0.012" in shown["fidelity-flip-in-the-same-places"].caption
@@ -221,40 +223,41 @@ def test_bands_that_nobody_sees_are_not_judged_and_noise_is_taken_from_the_same_
 
 
 def test_fields_have_suns_in_turn_and_full_runs_judge_what_nobody_looked_at():
-    full = [c.field for c in cases(FULL)]
+    full = [c.args[1] for c in cases(**FULL)]
     seeds = {f.preset(0).seed for f in full}
     assert len(seeds) == 12 and min(seeds) > BUILDING_SEEDS
     assert {f.preset(0).light.sun_elevation for f in full} == set(SUN_ELEVATIONS_DEG)
     assert min(f.prototype_seed for f in full) > BUILDING_SEEDS
-    quick = [c.field for c in cases(QUICK)]
+    quick = [c.args[1] for c in cases(**QUICK)]
     assert max(f.preset(5).seed for f in quick) <= BUILDING_SEEDS
     assert {f.prototype_seed for f in quick} == {PROTOTYPE_SEED}
     assert not {f.preset(0).seed for f in quick} & {f.preset(1).seed for f in quick}
 
 
 def test_every_third_field_has_species_and_ground_alone_and_another_metric_is_swept():
-    full = cases(FULL)
-    ways = {(c.field.number, c.field.view): len(c.ways) for c in full if c.what == "headline"}
+    full = [c.args for c in cases(**FULL)]
+    ways = {(f.number, f.view): len(ways) for what, f, ways, *_ in full if what == "headline"}
     assert len(ways) == 12 * len(VIEWS)
     assert all(n == (1 if k % ALONE_EVERY else 4) for (k, _), n in ways.items())
-    more = cases(FULL, "halfway")
-    swept_ = [set(b.ways) - set(a.ways) for a, b in zip(full, more, strict=True) if a != b]
+    more = [c.args for c in cases(**FULL, metric="halfway")]
+    swept_ = [set(b[2]) - set(a[2]) for a, b in zip(full, more, strict=True) if a != b]
     assert len(swept_) == 4 * len(SWEPT)
     assert swept_[0] == {(SPECIES, "halfway", d) for d in DETAILS}
 
 
 @pytest.mark.slow
 def test_a_field_is_measured_and_pruned_apart():
-    case = next(c for c in cases(QUICK) if len(c.ways) > 1)
-    case = replace(case, looks=Looks((4, 16), 2), field=replace(case.field, size="32x18"))
-    points = merge_points([*measure(case, 0), *measure(replace(case, field=case.field), 0)])
+    what, field, ways, _, variant = next(c.args for c in cases(**QUICK) if len(c.args[2]) > 1)
+    field = replace(field, size="32x18")
+    case = what, field, ways, Looks((4, 16), 2), variant
+    points = merge_points([*measure(*case, 0), *measure(*case, 0)])
     by_way = {p.case["pruned"]: p for p in points}
     assert set(by_way) == {EVERYTHING, NOTHING, SPECIES, GROUND}
     assert all(errors(p)[0] == errors(p)[1] for p in points)
     nothing, everything = by_way[NOTHING], by_way[EVERYTHING]
     assert nothing.column("parts")[0] > by_way[SPECIES].column("parts")[0]
     assert everything.column("triangles")[0] < nothing.column("triangles")[0]
-    scene = scene_of(case.field, 0)
+    scene = scene_of(field, 0)
     world, view = scene.world, scene.view(1)
     whole = reference(world, view)
     alone = displayed(world, view, GROUND, "blake", 1.0)

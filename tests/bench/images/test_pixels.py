@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 
-from bench.experiments.images import claims, plots
+from bench.experiments.images import EXPERIMENT
 from bench.images.pixels import covered, drawn
 from bench.part_sizes import camera
 from bench.records.provenance import provenance
@@ -48,10 +48,10 @@ def point(metric, parts, pixels):
 
 def test_verdicts_follow_from_counts():
     few, many = point("blake", [3] * 200, [2] * 200), point("bounded", [90] * 200, [9] * 200)
-    held, refuted = claims((few, many))
+    held, refuted = EXPERIMENT.judged((few, many))
     assert (held.verdict, refuted.verdict) == ("holds", "refuted")
     mixed = point("blake", [30] * 30 + [3] * 170, [2] * 200)
-    assert claims((mixed,))[0].verdict == "refuted", "15 % have more"
+    assert EXPERIMENT.judged((mixed,))[0].verdict == "refuted", "15 % have more"
 
 
 def test_the_interval_of_a_quantile_covers_it():
@@ -71,5 +71,5 @@ def test_parts_are_those_of_the_objects_drawn_and_repeat():
             samples=columns(found),
         ),
     )
-    record = Record("images", 1, True, "", provenance("", 1), points, claims(points), {})
-    assert not any(re.search(r"\bnan\b", plot.svg) for plot in plots(record))
+    record = Record("images", 1, True, "", provenance("", 1), points, EXPERIMENT.judged(points), {})
+    assert not any(re.search(r"\bnan\b", plot.svg) for plot in EXPERIMENT.plots(record))

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bench.experiments.images import EXPERIMENT, claims, plots
+from bench.experiments.images import EXPERIMENT
 from bench.images.differences import Looks, errors, flips, sum_land
 from bench.images.shipped import (
     BANDS,
@@ -17,7 +17,6 @@ from bench.images.shipped import (
     NOTHING,
     REST,
     Place,
-    Sight,
     band_edges,
     display_ground,
     display_others,
@@ -142,7 +141,7 @@ def planted(preset, pruned, a, light=1.0, band_light=1.0, step=1.0):
 
 
 def verdicts(*points):
-    found = claims((planted("meadow", NOTHING, 0.0), *points))
+    found = EXPERIMENT.judged((planted("meadow", NOTHING, 0.0), *points))
     return {
         (each.estimand.split()[0], each.condition.get("pruned")): each.verdict for each in found
     }
@@ -158,12 +157,12 @@ def test_verdicts_follow_from_samples():
     assert bright["luminance", EVERYTHING] == "refuted"
     far = verdicts(planted("meadow", EVERYTHING, 0, 1.0, 1.03))
     assert far["bands", EVERYTHING] == "refuted"
-    assert claims((planted("meadow", NOTHING, 0.01),))[0].verdict == "refuted"
+    assert EXPERIMENT.judged((planted("meadow", NOTHING, 0.01),))[0].verdict == "refuted"
 
 
 def test_a_band_with_next_to_no_land_is_not_judged():
     point = planted("meadow", EVERYTHING, 0.0, 1.01)
-    assert [band.number for band in judged_bands(point)] == list(range(1, BANDS))
+    assert list(judged_bands(point)) == list(range(1, BANDS))
     assert light_ratios(point) == pytest.approx([1.01] * 6)
     assert errors(point).mean() == pytest.approx(0.0, abs=1e-5)
 
@@ -171,10 +170,10 @@ def test_a_band_with_next_to_no_land_is_not_judged():
 def test_the_report_draws_the_error_of_the_ground_against_its_triangles():
     steps = [planted("meadow", GROUND, 0.04 * step, step=step) for step in GROUND_STEPS]
     points = (planted("meadow", NOTHING, 0.0), planted("meadow", EVERYTHING, 0.02), *steps)
-    made = Record("images", 1, True, "", provenance("", 0), points, claims(points), {})
-    (plot,) = plots(made)
+    made = Record("images", 1, True, "", provenance("", 0), points, EXPERIMENT.judged(points), {})
+    (plot,) = EXPERIMENT.plots(made)
     assert [each.label for each in plot.drawn] == ["meadow", "claimed"]
-    assert plots(replace(made, points=points[:2])) == ()
+    assert EXPERIMENT.plots(replace(made, points=points[:2])) == ()
 
 
 def test_as_shipped_is_what_a_user_renders_and_details_apart_are_of_the_ground_and_the_rest():
@@ -196,8 +195,8 @@ def test_a_place_gives_a_point_of_every_way_and_places_are_merged():
     looks = Looks((4, 16), 4)
     coarse = "render.size=48x27", "seed=101", "view.detail=8"
     place = Place("meadow", 0, (*coarse, "species.sward.density=0"))
-    case = Sight(place, True, looks, choose(), 10**9)
-    made = measure(case, 0)
+    rest = True, looks, choose(), 10**9, 0
+    made = measure(place, *rest)
     ways = [(p.case["pruned"], p.case["step"]) for p in made]
     assert ways == [(NOTHING, 1), (EVERYTHING, 1), (REST, 1), *((GROUND, s) for s in GROUND_STEPS)]
     flip = {way: p.column("flip_ppm", samples=16)[0] for way, p in zip(ways, made, strict=True)}
@@ -207,6 +206,6 @@ def test_a_place_gives_a_point_of_every_way_and_places_are_merged():
     assert made[0].column("reference_ppm")[0] <= 250_000
     land = light_ratios(made[0])
     assert land == pytest.approx([1.0], abs=1e-9), "the light is of the same samples"
-    other = measure(replace(case, place=replace(place, number=1)), 0)
+    other = measure(replace(place, number=1), *rest)
     merged = merge_points((*made, *other))
     assert len(merged) == len(made) and len(errors(merged[1])) == 2

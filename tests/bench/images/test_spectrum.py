@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from bench.experiments.images import claims, plots
+from bench.experiments.images import EXPERIMENT
 from bench.images.spectrum import DETAILS, EDGES, picture, spectrum
 from bench.records.provenance import provenance
 from bench.records.records import Column, Point, Record, predictions
@@ -58,14 +58,14 @@ def planted(low, high, left):
 
 
 def test_verdicts_follow_from_powers():
-    assert {c.verdict for c in claims(planted(1, 500, 0.02))} == {"holds"}
-    assert {c.verdict for c in claims(planted(500, 500, 0.9))} == {"refuted"}
+    assert {c.verdict for c in EXPERIMENT.judged(planted(1, 500, 0.02))} == {"holds"}
+    assert {c.verdict for c in EXPERIMENT.judged(planted(500, 500, 0.9))} == {"refuted"}
 
 
 def test_the_report_shows_every_detail():
     points = planted(1, 500, 0.5)
-    made = Record("images", 1, True, "", provenance("", 0), points, claims(points), {})
-    assert not any(re.search(r"\bnan\b", plot.svg) for plot in plots(made))
+    made = Record("images", 1, True, "", provenance("", 0), points, EXPERIMENT.judged(points), {})
+    assert not any(re.search(r"\bnan\b", plot.svg) for plot in EXPERIMENT.plots(made))
 
 
 @pytest.mark.slow

@@ -14,11 +14,9 @@ from bench.experiments.methods import (
     EXPERIMENT,
     MOST_BYTES,
     changes,
-    claims,
     estimated_bytes,
-    measure,
+    measure_window,
     peak_bytes,
-    plots,
     tables,
 )
 from bench.frame_costs import Picture
@@ -54,7 +52,8 @@ def point(arm, setting, excess, seconds, field=0, megabytes=100.0, cover=1.0):
     share = round(1e6 * seconds / len(STAGES))
     times = [Column("us", [share] * 3, {"stage": stage}) for stage in STAGES]
     held = Column("peak_bytes", [round(1e6 * megabytes)])
-    case = {"kind": "crowd", "objects": 1e3, "field": field, "arm": arm, "setting": setting}
+    case = {"topic": "rivals", "kind": "crowd", "objects": 1e3, "field": field, "arm": arm}
+    case |= {"setting": setting}
     shown = [*_shown("reference", 1.0), *_shown("tested", cover)]
     pixels = [Column("pixels", [1000], {"band": band}) for band in PAIR_BANDS]
     samples = (flip, floor, ssim, *times, held, *pixels, *shown, Column("sticks", [7]))
@@ -85,7 +84,7 @@ def test_a_cheat_never_reaches_equal_error():
     cheat = [point("distance", s, 0.2, 0.01) for s in (100.0, 50.0)]
     found = at_equal_error([*rows("blake", (8.0, 4.0, 2.0)), *cheat])
     assert not found["distance"][0].reached and beside_best_baseline(found, "seconds") is None
-    assert claims((*rows("blake", (8.0, 4.0, 2.0)), *cheat)) == ()
+    assert EXPERIMENT.judged((*rows("blake", (8.0, 4.0, 2.0)), *cheat)) == ()
 
 
 def test_who_leaves_out_what_is_far_is_not_within_the_error():
@@ -105,7 +104,7 @@ def test_a_baseline_that_fits_in_some_fields_alone_does_not_count():
 
 def test_a_world_without_a_whole_picture_has_no_claim():
     timed = [Point(each.case, samples=each.samples[3:]) for each in rows("blake", (8, 4, 2))]
-    assert claims(tuple(timed)) == ()
+    assert EXPERIMENT.judged(tuple(timed)) == ()
 
 
 def test_a_copy_ties_and_the_better_of_two_baselines_counts():
@@ -115,7 +114,7 @@ def test_a_copy_ties_and_the_better_of_two_baselines_counts():
         for times, arm in (((8, 4, 2), "blake"), ((8, 4, 2), "copy"), ((9, 5, 3), "worse"))
         for each in rows(arm, times, field)
     ]
-    time, memory = claims(tuple(both))
+    time, memory = EXPERIMENT.judged(tuple(both))
     assert time.condition == {"kind": "crowd", "objects": 1e3, "baseline": "copy"}
     assert (time.measured, time.low, time.high) == pytest.approx((1.0, 1.0, 1.0))
     assert time.verdict == memory.verdict == "holds"
@@ -128,7 +127,7 @@ def test_a_slower_metric_is_refuted():
         for times, arm in (((8, 4 + field / 10, 2), "blake"), ((4, 2, 1), "discrete"))
         for each in rows(arm, times, field)
     ]
-    time, _ = claims(tuple(both))
+    time, _ = EXPERIMENT.judged(tuple(both))
     assert time.verdict == "refuted" and time.measured == pytest.approx(2.05, abs=0.01)
 
 
@@ -140,10 +139,10 @@ def test_an_arm_that_is_foretold_not_to_fit_is_entered_with_what_it_needs(monkey
     monkeypatch.setattr("bench.experiments.methods.methods", lambda: few)
     window = Window("crowd", 60.0, 0, Picture("32x18", 1), 1, 1, "scalar_rgb", weighed=0)
     monkeypatch.setattr("bench.experiments.methods.MOST_BYTES", 1)
-    points = measure(window, 0)
+    points = measure_window(window, 0)
     needed = {p.case["arm"]: p.column("foretold_bytes")[0] for p in points if len(p.samples) == 1}
     assert set(needed) == {"full", "distance"} and min(needed.values()) > 1e6
-    assert claims(tuple(points)) == () and at_equal_error(points) == {}
+    assert EXPERIMENT.judged(tuple(points)) == () and at_equal_error(points) == {}
     _, (_, (_, rows)), *_ = tables(record_of(EXPERIMENT, points))
     cost = {row[1]: row[2] for row in rows}
     assert cost["full"] == cost["distance"] == "does not fit"
@@ -196,7 +195,7 @@ def planted():
         patch.setattr("bench.experiments.methods.methods", lambda: tried)
         patch.setattr("bench.experiments.methods.peak_bytes", _peak_of(blake))
         window = Window("crowd", 1000.0, 0, Picture("64x36", 16), 2, 3, "scalar_rgb")
-        yield tuple(p for field in (0, 1) for p in measure(replace(window, field=field), 0))
+        yield tuple(p for field in (0, 1) for p in measure_window(replace(window, field=field), 0))
     plugins.installed.cache_clear()
 
 
@@ -241,7 +240,7 @@ def test_every_method_stands_in_the_report(planted):
         assert {len(row) for row in rows} <= {len(heads)}
     _, (_, (_, rows)), *_ = tables(made)
     assert {row[1] for row in rows} == {"blake", "full", "nearest", "copy", "cheat"}
-    assert len(plots(made)) == 2
+    assert len(EXPERIMENT.plots(made)) == 2
 
 
 @pytest.fixture

@@ -9,6 +9,7 @@ import pytest
 from bench.statistics.estimates import (
     StoppingRule,
     fields_needed,
+    one_sided_mean,
     sample,
     standard_error,
     two_sided_ratio,
@@ -203,3 +204,19 @@ def test_a_ratio_of_means_knows_its_error_and_refuses_what_has_none():
         two_sided_ratio_of_means(one[:1], one[:1], one[:1], one[:1])
     with pytest.raises(InputError):
         two_sided_ratio_of_means(one, np.array((0.0, 1.0)), one, one)
+
+
+@pytest.mark.parametrize("n", [3, 6])
+def test_one_bound_is_past_the_mean_of_places_in_1_of_20_experiments(n):
+    """As many places as presets have, whose errors scatter as the normal law says."""
+    rng = np.random.Generator(np.random.Philox(n))
+    tries = 4000
+    made = [one_sided_mean(0.01 + 0.004 * rng.standard_normal(n)) for _ in range(tries)]
+    scatter = 4 * (0.05 * 0.95 / tries) ** 0.5
+    assert np.mean([each.high < 0.01 for each in made]) == pytest.approx(0.05, abs=scatter)
+    assert np.mean([each.low > 0.01 for each in made]) == pytest.approx(0.05, abs=scatter)
+
+
+def test_a_mean_of_one_value_has_no_bounds():
+    with pytest.raises(InputError, match="two or more"):
+        one_sided_mean(np.array([0.01]))

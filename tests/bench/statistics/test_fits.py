@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from bench.plots import Curve, curves
-from bench.statistics.fits import EVEN, compare_with_log, fit_exponent, noise_free, one_sided_mean
+from bench.statistics.fits import EVEN, compare_with_log, fit_exponent, noise_free
 from lod.errors import InputError
 
 X = np.geomspace(1.0, 1000.0, 24)
@@ -107,19 +107,3 @@ def test_a_is_unbiased_where_errors_are_measured_with_scatter():
 def test_too_few_counts_are_refused(counts):
     with pytest.raises(InputError, match="samples"):
         noise_free(np.array(counts), np.zeros((len(counts), 1)))
-
-
-@pytest.mark.parametrize("n", [3, 6])
-def test_one_bound_is_past_the_mean_of_places_in_1_of_20_experiments(n):
-    """As many places as presets have, whose errors scatter as the normal law says."""
-    rng = np.random.Generator(np.random.Philox(n))
-    tries = 4000
-    made = [one_sided_mean(0.01 + 0.004 * rng.standard_normal(n)) for _ in range(tries)]
-    scatter = 4 * (0.05 * 0.95 / tries) ** 0.5
-    assert np.mean([each.high < 0.01 for each in made]) == pytest.approx(0.05, abs=scatter)
-    assert np.mean([each.low > 0.01 for each in made]) == pytest.approx(0.05, abs=scatter)
-
-
-def test_a_mean_of_one_value_has_no_bounds():
-    with pytest.raises(InputError, match="two or more"):
-        one_sided_mean(np.array([0.01]))

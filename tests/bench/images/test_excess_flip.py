@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bench.images.differences import FLOOR, ExcessFlip, flip_map, mean_flip, one_sided_excess
+from bench.images.differences import FLOOR, flip_map, mean_flip, one_sided_excess
 from lod.errors import InputError
 
 HEIGHT, WIDTH = 24, 40
@@ -33,9 +33,10 @@ def trios(seed, brighter, noise=0.001, pairs=8):
 
 
 def excess_flip(trios):
-    """The excess of the first picture of each trio over the third, whose own is the second."""
+    """The excess of the first picture of each trio over the third, and the mean noise floor."""
     columns = [[mean_flip(each, other) for each in pair] for *pair, other in trios]
-    return one_sided_excess(*np.array(columns).T)
+    tested, noise = np.array(columns).T
+    return one_sided_excess(tested, noise), noise.mean()
 
 
 def test_flip_of_equal_pictures_is_nothing_and_of_black_and_white_is_almost_all():
@@ -57,15 +58,15 @@ def test_the_map_is_bright_where_the_bar_is():
 
 
 def test_the_same_scene_is_within_its_noise_and_a_planted_bar_is_beyond():
-    same, planted = excess_flip(trios(1, 0.0)), excess_flip(trios(1, 0.1))
-    assert same.floor <= FLOOR
-    assert same.high <= same.floor
-    assert planted.low > planted.floor
-    assert planted.excess == pytest.approx(mean_flip(scene(0.1), scene()), rel=0.25)
+    (same, floor), (planted, above) = excess_flip(trios(1, 0.0)), excess_flip(trios(1, 0.1))
+    assert floor <= FLOOR
+    assert same.high <= floor
+    assert planted.low > above
+    assert planted.value == pytest.approx(mean_flip(scene(0.1), scene()), rel=0.25)
 
 
 def test_noise_that_is_too_high_says_nothing():
-    assert excess_flip(trios(1, 0.0, noise=0.1)).floor > FLOOR
+    assert excess_flip(trios(1, 0.0, noise=0.1))[1] > FLOOR
 
 
 def test_one_bound_in_twenty_is_passed():
@@ -82,9 +83,9 @@ def test_one_bound_in_twenty_is_passed():
 def test_by_hand():
     """Nine equal trios: no spread, the bounds are the excess itself."""
     trio = (scene(0.1).astype(np.float32), scene().astype(np.float32), scene().astype(np.float32))
-    found = excess_flip([trio] * 9)
-    assert found == ExcessFlip(found.excess, found.excess, found.excess, 0.0, 9)
-    assert found.excess == mean_flip(trio[0], trio[2])
+    found, floor = excess_flip([trio] * 9)
+    assert (found.low, found.high, found.rows, floor) == (found.value, found.value, 9, 0.0)
+    assert found.value == mean_flip(trio[0], trio[2])
 
 
 @pytest.mark.parametrize("bad", [np.nan, -0.1, 1.1])
