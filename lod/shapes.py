@@ -10,7 +10,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from lod.arrays import ArrayData, Flags, FloatArray, IntArray, Ints, Reals, check_columns
+from lod.arrays import ArrayData, Flags, FloatArray, IntArray, Ints, Points, Reals, check_columns
 from lod.errors import InputError
 
 Table = TypeVar("Table", bound="StickTable")
@@ -66,6 +66,15 @@ class StickTable(ArrayData):
     def owner(self) -> np.ndarray:
         """Return the part that each stick belongs to, (k,)."""
         return np.repeat(np.arange(len(self.first) - 1), self.count)
+
+    @property
+    def spheres(self) -> tuple[Points, Reals]:
+        """Return centres (2 k, 3) and radii (2 k,) of the spheres at all starts, then at all ends.
+
+        The farthest point of a stick from anywhere is on one of its two.
+        """
+        radii = np.concatenate((self.start_radius, self.end_radius))
+        return np.concatenate((self.start, self.end)), radii
 
     @property
     def columns(self) -> tuple[np.ndarray, ...]:

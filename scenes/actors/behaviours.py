@@ -388,7 +388,6 @@ def _route(me: Me, option: str) -> tuple[str, ...]:
 
 
 def _facing(eye: Vector, target: Vector) -> tuple[float, float]:
-    """Heading and pitch from an eye to a target [degrees]."""
     east, north, up = (b - a for a, b in zip(eye, target, strict=True))
     pitch = math.atan2(up, math.hypot(east, north))
     return math.degrees(math.atan2(east, north)), math.degrees(pitch)

@@ -201,10 +201,6 @@ class TestChance:
         rows = {grow_tree(species, s, k).foliage.start.tobytes() for s, k in pairs}
         assert len(rows) == 3
 
-    def test_none_at_all(self):
-        with pytest.raises(InputError, match="at least one"):
-            tree_prototypes(1, 0, tree_species("tree"))
-
 
 KINDS = list(tree_species_names())
 
