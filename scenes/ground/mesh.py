@@ -69,7 +69,6 @@ def lattice_mesh(
 
 @njit(cache=True)
 def _snapped(i: int, halvings: int) -> int:
-    """Nearest multiple of 2**halvings."""
     return ((i + ((1 << halvings) >> 1)) >> halvings) << halvings
 
 
@@ -269,7 +268,6 @@ def ground_mesh(
 def _covered(
     ground: GroundInView, vertices: Points, shading: Shading
 ) -> Float64[np.ndarray, "n 9"]:
-    """Vertices [m], unit normals and albedo of the ground under its residual cover, (n, 9)."""
     smooth, slopes, hidden, bare = np.split(shading, (2, 4, 5), axis=1)
     eye, cover = ground.view.camera.eye, ground.aggregate_cover
     if cover is None:
@@ -285,7 +283,6 @@ def _covered(
 
 
 def _by_runs(task: Callable[[slice], np.ndarray], points: Sized, columns: int) -> np.ndarray:
-    """Rows (n, columns) that ``task`` returns for slices of points, worked out in threads."""
     found = np.empty((len(points), columns))
 
     def run(first: int, last: int) -> None:
