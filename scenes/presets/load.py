@@ -134,7 +134,6 @@ def _names_on_the_shelf() -> list[str]:
 
 
 def _find(name_or_path: str) -> tuple[str, str]:
-    """(what errors call it, text)."""
     if name_or_path.endswith(".toml") or "/" in name_or_path:
         return name_or_path, _read(name_or_path)
     names = _names_on_the_shelf()
@@ -193,7 +192,6 @@ def _plain(data: Any) -> Any:
 
 
 def _names(tables: Mapping[str, Any]) -> dict[str, list[str]]:
-    """The names chosen in every table of named tables."""
     found = {kind: tables.get(kind) for kind in NAMED}
     return {kind: list(each) for kind, each in found.items() if isinstance(each, Mapping)}
 
@@ -265,7 +263,6 @@ def _holds_tables(name: str, known: str, entries: dict[str, KeyEntry]) -> bool:
 
 
 def _item(value: Any) -> tomlkit.items.Item:
-    """Make a TOML value; a table of free keys stands on one line."""
     if not isinstance(value, dict):
         return tomlkit.item(value)
     table = tomlkit.inline_table()

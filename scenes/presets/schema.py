@@ -366,7 +366,6 @@ class Preset(Table):
 
     @model_validator(mode="after")
     def _agree(self) -> "Preset":
-        """Keys that must agree with each other."""
         from scenes.plugins import metric_by_name  # expensive to import, and mistakes come first
 
         try:

@@ -18,7 +18,6 @@ from scenes.render.description import ALIGNMENT, PlacedSticks, batches, describe
 from scenes.render.haze import Direction, NumpyArrays, air_along, make_haze
 from scenes.render.render import render_frame
 from scenes.render.scattered_layer import with_scattering_layer
-from scenes.world.sun_and_sky import Light
 
 
 def described(make, *visible):
@@ -196,23 +195,9 @@ def test_triangles_that_the_renderer_would_accept_silently_are_refused(make, fie
         described(make, dataclasses.replace(good, shape=bad))
 
 
-@pytest.mark.parametrize(
-    "build",
-    [
-        lambda: Light(np.nan, 30),
-        lambda: Light(0, -1),
-        lambda: Light(0, 91),
-        lambda: Light(0, 30, 0.5),
-        lambda: Light(0, 30, float("nan")),
-        lambda: Quality("scalar_rgb", 0),
-        lambda: Quality("scalar_rgb", 16, -1),
-        lambda: Quality("scalar_rgb", 16, 2**63),
-        lambda: Quality("scalar_rgb", 16, 0, 0),
-    ],
-)
-def test_bad_light_and_quality(build):
-    with pytest.raises(InputError):
-        build()
+def test_spectral_pictures_have_analytic_haze():
+    with pytest.raises(InputError, match="spectral"):
+        Quality("llvm_ad_spectral", haze="scattered")
 
 
 def test_seeds_differ_by_everything_and_fit_the_sampler():
