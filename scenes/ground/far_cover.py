@@ -123,33 +123,26 @@ class AggregateCover:
         prototypes = [p for each in self.species for p in each.prototypes]
         return max((float(p.hierarchy.B[0]) for p in prototypes), default=0.0)
 
-    def undisplayed(self, view: View, points: Points) -> Shares:
-        """Compute which share of each species' cover is undisplayed at points of the ground, (n,
-        k).
+    def undisplayed(self, view: View, points: Points) -> tuple[Shares, Shares]:
+        """Compute, at points of the ground, which share of the cover of what grows is undisplayed.
 
-        Small objects stop being displayed first, and cover less.
+        Small objects stop being displayed first, and cover less. The second result is which share
+        of its density each species has there, (n, k) each.
         """
-        return self._undisplayed_where_grown(view, points) * self._habitat_share(view, points)
-
-    def _undisplayed_where_grown(self, view: View, points: Points) -> Shares:
         d, gone = distance(view, points), np.empty((len(points), len(self.species)))
+        grown = np.ones_like(gone)
         for k, each in enumerate(self.species):
             trees = [p.hierarchy for p in each.prototypes]
             outlines = np.array([float(tree.P[0]) ** 2 for tree in trees])
             limits = _limits_at(each.seen_in(view), trees, points, d)
             gone[:, k] = undisplayed_share(d, limits, outlines, view.fade)
-        return gone
-
-    def _habitat_share(self, view: View, points: Points) -> Shares:
-        grown = np.ones((len(points), len(self.species)))
-        for k, each in enumerate(self.species):
             if each.habitat is not None:
                 grown[:, k] = each.habitat.share(view.camera.corner, points[:, :2])
-        return grown
+        return gone, grown
 
     def residual(self, view: View, points: Points) -> "ResidualCover":
         """Compute what the species leave at points (n, 3) of the ground, as the eye sees it."""
-        gone, grown = self._undisplayed_where_grown(view, points), self._habitat_share(view, points)
+        gone, grown = self.undisplayed(view, points)
         rows = np.flatnonzero((gone * grown).any(axis=1))
         lift, covered = np.zeros((2, len(points)))
         look = None

@@ -23,7 +23,7 @@ import numpy as np
 from jaxtyping import Float64, Int64
 from numba import njit
 
-from lod.arrays import Ints, Points, Reals, freeze
+from lod.arrays import ArrayData, FloatArray, IntArray, Ints, Points, Reals
 from lod.shapes import Triangles
 from lod.threads import map_chunks
 from lod.view import distance
@@ -116,7 +116,7 @@ Places = Int64[np.ndarray, "n 2"]
 
 
 @dataclass(frozen=True, eq=False)
-class GeomorphParents:
+class GeomorphParents(ArrayData):
     """Vertices of a mesh and the parents that they morph from.
 
     The mesh's vertices come first, then those parents that the mesh lacks.
@@ -128,14 +128,11 @@ class GeomorphParents:
     parents (k, 2)  rows of the two parents of each of those
     """
 
-    points: np.ndarray
+    points: FloatArray
     count: int
-    fraction: np.ndarray
-    morphing: np.ndarray
-    parents: np.ndarray
-
-    def __post_init__(self) -> None:
-        freeze(self, points=np.float64, fraction=np.float64, morphing=np.int64, parents=np.int64)
+    fraction: FloatArray
+    morphing: IntArray
+    parents: IntArray
 
 
 def vertex_levels(where: Places, deepest: int) -> Ints:

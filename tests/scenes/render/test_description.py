@@ -195,11 +195,6 @@ def test_triangles_that_the_renderer_would_accept_silently_are_refused(make, fie
         described(make, dataclasses.replace(good, shape=bad))
 
 
-def test_spectral_pictures_have_analytic_haze():
-    with pytest.raises(InputError, match="spectral"):
-        Quality("llvm_ad_spectral", haze="scattered")
-
-
 def test_seeds_differ_by_everything_and_fit_the_sampler():
     seeds = [sampler_seed(s, f, w) for s in (0, 1, 2**63 - 1) for f in (0, 1) for w in (0, 1)]
     assert len(set(seeds)) == 12 and all(0 <= seed < 2**32 for seed in seeds)
@@ -317,8 +312,3 @@ def test_air_that_no_homogeneous_medium_is_like_is_refused(make, air):
                 make.camera(), (), air, make.light, Quality(variants.SCALAR_VARIANT, haze="medium")
             )
         )
-
-
-def test_no_such_haze():
-    with pytest.raises(InputError, match="haze"):
-        Quality(variants.SCALAR_VARIANT, haze="fog")
