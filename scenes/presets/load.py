@@ -241,7 +241,8 @@ def _table(
     inner = {}
     for name, value in data.items():
         entry = entries.get(f"{known}.{name}".removeprefix("."))
-        if entry is None and _holds_tables(name, known, entries):
+        lead = f"{known}.{name}.".removeprefix(".")
+        if entry is None and any(each.startswith(lead) for each in entries):
             inner[name] = value
         else:
             yield _line(name, value, entry)
@@ -255,11 +256,6 @@ def _table(
             yield f"\n# [{below}] is absent."
         else:
             yield from _table(below, below, value, entries)
-
-
-def _holds_tables(name: str, known: str, entries: dict[str, KeyEntry]) -> bool:
-    lead = f"{known}.{name}.".removeprefix(".")
-    return any(each.startswith(lead) for each in entries)
 
 
 def _item(value: Any) -> tomlkit.items.Item:

@@ -167,22 +167,6 @@ def _point_count(tables: PoseTables, where: Placements) -> int:
     return count
 
 
-class _CyclePoint(NamedTuple):
-    """Where in its cycle a leg is.
-
-    key, next_key  rows of ``PoseTables.hip`` at the keys before and after its phase
-    share          of the way from the one to the other, 0 to 1
-    phase          of the object's motion, 0 to 1
-    stride_factor  the object's stride as a share of its prototype's
-    """
-
-    key: int
-    next_key: int
-    share: float
-    phase: float
-    stride_factor: float
-
-
 @njit(cache=True)
 def _place_bodies(
     tables: PoseTables, where: Placements, ground: np.ndarray
@@ -212,10 +196,10 @@ def _place_bodies(
         key = min(int(key_position), keys - 1)
         body_shift = 0.0  # 0 or less: the body sinks until its most stretched leg reaches
         for k in range(legs):
-            contact, row = contacts[o, k], first_hip + key * legs + k
-            share = key_position - key
-            at = _CyclePoint(row, row + legs, share, where.phase[o], where.stride_factor[o])
-            room = _place_foot(leg, hip, first + k, at, mean, planes[k], contact)
+            contact, at = contacts[o, k], first_hip + key * legs + k
+            hips, share = (hip[at], hip[at + legs]), key_position - key
+            phase, pace = where.phase[o], where.stride_factor[o]
+            room = _place_foot(leg, first + k, hips, share, phase, pace, mean, planes[k], contact)
             body_shift = min(body_shift, room)
             x, y, ax, ay = contact[PRINT_X], contact[PRINT_Y], contact[SLOPE_X], contact[SLOPE_Y]
             cos, sin = where.cos[o], where.sin[o]
@@ -269,9 +253,11 @@ def _ground_plane(
 @njit(cache=True)
 def _place_foot(
     leg: np.ndarray,
-    hip: np.ndarray,
     row: int,
-    at: _CyclePoint,
+    hips: tuple[np.ndarray, np.ndarray],
+    share: float,
+    phase: float,
+    pace: float,
     mean: float,
     plane: np.ndarray,
     contact: np.ndarray,
@@ -279,14 +265,16 @@ def _place_foot(
     """Write a foot's contact in the object's frame into ``contact`` (6,).
 
     leg    (l, 9) LegTables.leg; ``row`` is the leg's
-    hip    (k, 6) PoseTables.hip
+    hips   rows of PoseTables.hip at the keys before and after the object's phase
+    share  of the way from the one to the other, 0 to 1
+    pace   the object's stride as a share of its prototype's
     mean   mean height of the object's prints [m]
     plane  (3,) the ground's plane under the foot
 
     Returns how far the body may rise above ``mean`` until the leg is stretched to its reach [m];
     below 0 the body has to sink by as much.
     """
-    last, swing = print_and_swing((at.phase - leg[row, STRIKE]) % 1.0, leg[row, DUTY])
+    last, swing = print_and_swing((phase - leg[row, STRIKE]) % 1.0, leg[row, DUTY])
     ahead, longest = leg[row, STRIDE] * (last + swing), leg[row, REACH]
     rise = min(max(plane[HEIGHT] - mean, -leg[row, MAX_RISE]), leg[row, MAX_RISE])
     along, across = plane[SLOPE_ALONG], plane[SLOPE_ACROSS]
@@ -294,12 +282,11 @@ def _place_foot(
     normal = math.sqrt(1.0 + along * along + across * across)
     unit = 1.0 / math.sqrt(2.0 * normal * (1.0 + normal))
     qx, qy, qw = across * unit, -along * unit, (1.0 + normal) * unit
-    pace = at.stride_factor
     contact[PRINT_X], contact[PRINT_Y] = leg[row, HOME_X] + pace * ahead, leg[row, HOME_Y]
     contact[PRINT_Z], contact[AHEAD] = mean + rise, (pace - 1.0) * ahead
     contact[SLOPE_X], contact[SLOPE_Y] = qx, qy
     # The vector from the print to the ankle, turned by the quaternion: v + qw·t + q×t, t = 2·q×v.
-    now, then, share = hip[at.key], hip[at.next_key], at.share
+    now, then = hips
     x = (1 - share) * now[FROM_PRINT_X] + share * then[FROM_PRINT_X]
     y = (1 - share) * now[FROM_PRINT_Y] + share * then[FROM_PRINT_Y]
     z = (1 - share) * now[FROM_PRINT_Z] + share * then[FROM_PRINT_Z]
