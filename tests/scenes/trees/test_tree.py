@@ -148,10 +148,6 @@ class TestSeasons:
                 assert share.min() > 0.03
                 assert len(share) == 5
 
-    def test_an_unknown_season(self):
-        with pytest.raises(InputError, match=r"monsoon.*spring, summer"):
-            tree_prototypes(1, 1, tree_species("tree"), "monsoon")
-
 
 class TestLeafAppearance:
     def test_each_part_covers_what_it_hides(self):
