@@ -74,7 +74,7 @@ def _walks_over(field: SpeciesField, view: View, repeats: int) -> tuple[Column, 
     instances, weights = cut.parts.state.instances, blend_weights(cut, view)
     nodes, poses = field.prototypes.traversal_tables, field.prototypes.pose_tables
     limits = node_limits(nodes, field.prototypes.part_tables, view, 0.0)
-    still = np.zeros(len(instances))
+    still = np.zeros(len(instances.prototype))
     coarse = View(view.camera, view.metric, view.detail * 30.0, view.offscreen_detail)
     bounds, beyond = field.search_bounds(view), field.search_bounds(coarse)
 
@@ -90,7 +90,7 @@ def _walks_over(field: SpeciesField, view: View, repeats: int) -> tuple[Column, 
     counts = {task: count() for task, count in tasks.items()}
     timed = interleaved_seconds(list(tasks.values()), repeats)
     # A traversal writes 12 bytes for each displayed part, and reads 56 of each object.
-    samples = [Column("floor_bytes", [12 * len(cut) + 56 * len(instances)])]
+    samples = [Column("floor_bytes", [12 * len(cut) + 56 * len(still)])]
     for (task, count), row in zip(counts.items(), timed, strict=True):
         found = {"count": [count], "ns": [round(1e9 * t) for t in row]}
         samples += columns(found, task=task)

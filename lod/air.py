@@ -43,13 +43,6 @@ def extinction_from_visibility(visibility_m: float) -> float:
     return math.log(1 / CONTRAST_THRESHOLD) / visibility_m
 
 
-def visibility_from_extinction(extinction: float) -> float:
-    """Compute V = ln(1/0.02)/β [m], infinite for β = 0: invert ``extinction_from_visibility``."""
-    if not (math.isfinite(extinction) and extinction >= 0):
-        raise InputError("extinction", extinction, "finite and at least 0 /m")
-    return math.log(1 / CONTRAST_THRESHOLD) / extinction if extinction else math.inf
-
-
 def angstrom_exponent(visibility_m: float) -> float:
     """Compute q of β ∝ λ^−q (Ångström, 1929) for particles, from the visibility.
 
@@ -145,17 +138,6 @@ def mean_relative_extinction(mist: Mist, start_m: Reals, end_m: Reals) -> Reals:
     return 1.0 - share_above + share_above * mean_above
 
 
-def base_equivalent_length(mist: Mist, start_m: Reals, rise: Reals) -> Reals:
-    """Compute the metres at the base that hold as much mist as an endless path upwards, (n,) [m].
-
-    The path starts at the height ``start_m`` and rises by ``rise`` > 0 a metre. The result is
-    exact: (z₀ − z)/rise up to the base, where the path begins below it, and
-    H/rise·exp(−(z − z₀)/H) from where it is above.
-    """
-    below = np.maximum(mist.base_m - start_m, 0.0)
-    return (below + mist.scale_m * relative_extinction(mist, start_m)) / rise
-
-
 @lru_cache(maxsize=1)
 def rgb_wavelengths() -> np.ndarray:
     """Give the effective wavelengths of red, green and blue, about 642.4, 543.0 and 440.9 nm, (3,).
@@ -201,7 +183,8 @@ def haze_extinction(air: Air, wavelengths_nm: Bands) -> Bands:
         return np.zeros_like(wavelengths_nm)
     total, clean = extinction_from_visibility(V), _rayleigh((REFERENCE_NM,))[0]
     if total < clean:
-        rule = f"at most {visibility_from_extinction(clean) / 1000:.0f} km, that of pure air"
+        most_km = math.log(1 / CONTRAST_THRESHOLD) / clean / 1000
+        rule = f"at most {most_km:.0f} km, that of pure air"
         raise InputError("visibility", V, rule, "leave it out for clear air")
     rayleigh = rayleigh_extinction(wavelengths_nm)
     return rayleigh + _particle_extinction(V, total - clean, wavelengths_nm)
@@ -248,16 +231,13 @@ def optical_depth(
     return length_m[:, None] * (haze + mist[:, None] * mist_extinction(air, wavelengths_nm))
 
 
-def least_extinction(
-    air: Air, highest_m: float = math.inf, wavelengths_nm: Bands | None = None
-) -> float:
-    """Find the least β on any path that stays below ``highest_m``, over the given bands [1/m].
+def least_extinction(air: Air, highest_m: float = math.inf) -> float:
+    """Find the least β on any path that stays below ``highest_m``, over red, green, blue [1/m].
 
     β never grows upwards, so it is β at the greatest height that the eye or anything seen reaches.
     The least β decides where it varies with height or from band to band, so that nothing visible is
-    dropped. By default the bands are those of an RGB picture, of which red is the clearest.
+    dropped; red is the clearest.
     """
     if math.isnan(highest_m):
         raise InputError("height", highest_m, "a number", "math.inf where there is no top")
-    bands = rgb_wavelengths() if wavelengths_nm is None else wavelengths_nm
-    return float(extinction(air, np.array([highest_m]), bands).min())
+    return float(extinction(air, np.array([highest_m]), rgb_wavelengths()).min())

@@ -389,7 +389,6 @@ def _integrate(parts, where, frustum, levels):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def _placed(node, position):  # type: ignore[no-untyped-def]
-    """Where a point of an object is that stands at a node, relative to the eye [m]."""
     x, y, z, c, s = node
     return (
         x + c * position[0] - s * position[1],
@@ -400,7 +399,6 @@ def _placed(node, position):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def _places_above(falling, value):  # type: ignore[no-untyped-def]
-    """How many of some falling numbers are above a value."""
     low, high = 0, len(falling)
     while low < high:
         middle = (low + high) // 2
@@ -426,7 +424,6 @@ def _side(planes, x, y, z, bound):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def _in_view(planes, x, y, z, bound):  # type: ignore[no-untyped-def]
-    """Whether a ball about a point relative to the eye is not wholly outside of any plane."""
     for plane in planes:
         if plane[0] * x + plane[1] * y + plane[2] * z <= -bound:
             return False

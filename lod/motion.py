@@ -188,7 +188,6 @@ def _motion_steps(path, theta, start, end, bound, own, motion_step):  # type: ig
 
 @njit(cache=True)
 def _ratio_at_step(steps):  # type: ignore[no-untyped-def]
-    """L/θ at a place on the scale."""
     x = 2.0 ** (2.0 * steps / STEPS_PER_OCTAVE)
     return math.sqrt(max(4 * x**4 / (x + 1) - (x + 1), 0.0))
 

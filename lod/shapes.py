@@ -10,7 +10,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from lod.arrays import ArrayData, Flags, FloatArray, IntArray, Ints, Reals, check_columns
+from lod.arrays import ArrayData, Flags, FloatArray, IntArray, Points, Reals, check_columns
 from lod.errors import InputError
 
 Table = TypeVar("Table", bound="StickTable")
@@ -66,6 +66,15 @@ class StickTable(ArrayData):
     def owner(self) -> np.ndarray:
         """Return the part that each stick belongs to, (k,)."""
         return np.repeat(np.arange(len(self.first) - 1), self.count)
+
+    @property
+    def spheres(self) -> tuple[Points, Reals]:
+        """Return centres (2 k, 3) and radii (2 k,) of the spheres at all starts, then at all ends.
+
+        The farthest point of a stick from anywhere is on one of its two.
+        """
+        radii = np.concatenate((self.start_radius, self.end_radius))
+        return np.concatenate((self.start, self.end)), radii
 
     @property
     def columns(self) -> tuple[np.ndarray, ...]:
@@ -214,42 +223,29 @@ class MeshTable(ArrayData):
         return replace(self, vertices=shrunk)
 
     @staticmethod
-    def of(meshes: Sequence["Mesh | None"]) -> "MeshTable":
+    def of(meshes: Sequence["Mesh | MeshTable | None"]) -> "MeshTable":
         """Lay the meshes of parts end to end; None is a part without a mesh."""
+        own, none = [each for each in meshes if each is not None], np.zeros((0, 3))
         vertices = [0 if each is None else len(each.vertices) for each in meshes]
         faces = [0 if each is None else len(each.faces) for each in meshes]
-        first_vertex = np.concatenate(([0], np.cumsum(vertices, dtype=np.int64)))
-        first_face = np.concatenate(([0], np.cumsum(faces, dtype=np.int64)))
-        own = [each for each in meshes if each is not None]
+        first_vertex, first_face = (np.cumsum([0, *each]) for each in (vertices, faces))
         starts = first_vertex[:-1][[each is not None for each in meshes]]
-        return MeshTable._joined(first_vertex, first_face, own, starts.tolist())
+        moved = [each.faces + row for each, row in zip(own, starts.tolist(), strict=True)]
+        return MeshTable(
+            first_vertex,
+            first_face,
+            **{k: np.concatenate([none, *(getattr(p, k) for p in own)]) for k in _PER_VERTEX},
+            faces=np.concatenate([none.astype(np.int64), *moved]),
+        )
 
     @staticmethod
     def concatenate(tables: Sequence["MeshTable"]) -> "MeshTable":
         """Lay tables end to end: the parts of one follow those of the one before."""
-        vertices = np.cumsum([0] + [len(each.vertices) for each in tables])
-        faces = np.cumsum([0] + [len(each) for each in tables])
-        first_vertex = [t.first_vertex[:-1] + row for t, row in zip(tables, vertices, strict=False)]
-        first_face = [t.first_face[:-1] + row for t, row in zip(tables, faces, strict=False)]
-        return MeshTable._joined(
-            np.concatenate((*first_vertex, vertices[-1:])),
-            np.concatenate((*first_face, faces[-1:])),
-            tables,
-            vertices[:-1].tolist(),
-        )
-
-    @staticmethod
-    def _joined(
-        first_vertex: Ints,
-        first_face: Ints,
-        pieces: Sequence["Mesh | MeshTable"],
-        starts: Sequence[int],
-    ) -> "MeshTable":
-        none = np.zeros((0, 3))
-        columns = {k: np.concatenate([none, *(getattr(p, k) for p in pieces)]) for k in _PER_VERTEX}
-        faces = [piece.faces + row for piece, row in zip(pieces, starts, strict=True)]
-        joined = np.concatenate([none.astype(np.int64), *faces])
-        return MeshTable(first_vertex, first_face, **columns, faces=joined)
+        first = {
+            key: np.cumsum([0, *np.concatenate([np.diff(getattr(t, key)) for t in tables])])
+            for key in ("first_vertex", "first_face")
+        }
+        return replace(MeshTable.of(tables), **first)
 
     def scaled(self, factor: float) -> "MeshTable":
         """Return the table with every length multiplied by ``factor``."""

@@ -298,14 +298,6 @@ def defocus_width(defocus: Defocus, distance: Reals) -> Reals:
     return DISC_WIDTH * defocus.lens.diameter_m * np.maximum(beside, 0.0)
 
 
-def defocused_distance(defocus: Defocus, theta: float, distance: Reals) -> Reals:
-    """Compute W of each distance, which nowhere decreases, (n,) [m]."""
-    q, p = defocus.ratio(theta), defocus.vergence
-    d = np.maximum(distance, defocus.sharpest_m(theta))
-    beside = np.maximum(np.maximum(1 - p * d, p * d - defocus.corner), 0.0)
-    return np.hypot(d, q * beside)
-
-
 def defocus_limits(defocus: Defocus, theta: float, clear: Reals) -> Reals:
     """Compute D = W⁻¹(D_c), (n,) [m]: 0 for what is nowhere sharp enough to be displayed.
 

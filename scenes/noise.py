@@ -130,7 +130,6 @@ def unit_slope_variance() -> float:
 
 @njit(cache=True)
 def _splitmix(z: np.uint64) -> np.uint64:
-    """Output function of SplitMix64."""
     z = (z ^ (z >> np.uint64(30))) * _FIRST
     z = (z ^ (z >> np.uint64(27))) * _SECOND
     return z ^ (z >> np.uint64(31))
@@ -314,7 +313,6 @@ def _cell_of(square, offset, inverse, point):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True)
 def _values(octaves, points, shortest, crest, sums):  # type: ignore[no-untyped-def]
-    """Add the weighted octaves at points to ``sums`` (n,)."""
     key, square, offset, side, weight = octaves
     count = len(key)
     corners, cell = np.empty((count, 12)), np.empty((count, 2), np.int64)
@@ -336,7 +334,6 @@ def _values(octaves, points, shortest, crest, sums):  # type: ignore[no-untyped-
 
 @njit(cache=True, nogil=True)
 def _slopes(octaves, points, shortest, crest, sums):  # type: ignore[no-untyped-def]
-    """Add the slopes of what ``_values`` adds up, two for each column of ``shortest``."""
     key, square, offset, side, weight = octaves
     count, columns = len(key), shortest.shape[1]
     corners, cell = np.empty((count, 12)), np.empty((count, 2), np.int64)

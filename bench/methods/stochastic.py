@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from bench.methods.method import DETAILS_PX, Method, Updater, engine_view, frame_of
-from lod.arrays import ArrayData, FloatArray, IntArray, expand
+from lod.arrays import ArrayData, FloatArray, IntArray, expand, frozen
 from lod.pruner import BlendWeights, Cut
 from lod.shapes import Sticks
 from lod.view import View
@@ -83,9 +83,10 @@ def elements_of(prototypes: SpeciesPrototypes) -> Elements:
 def _areas(prototypes: SpeciesPrototypes, sticks: DisplayedSticks) -> FloatArray:
     """Compute the mean outline area of each stick, posed once (lod.crossfade) [m²]."""
     v = len(prototypes.part_tables.hierarchies)
-    zeros, kinds = np.zeros(v), np.arange(v)
-    legs = np.zeros((v, prototypes.pose_tables.max_legs, 6))
-    one_each = Instances(np.zeros((v, 3)), zeros + 1.0, zeros, kinds, zeros, legs)
+    kinds = frozen(np.arange(v), np.int64)
+    zeros, ones = frozen(np.zeros(v), np.float64), frozen(np.ones(v), np.float64)
+    legs = frozen(np.zeros((v, prototypes.pose_tables.max_legs, 6)), np.float64)
+    one_each = Instances(frozen(np.zeros((v, 3)), np.float64), ones, zeros, kinds, zeros, legs)
     posed = emit(prototypes.pose_tables, prototypes.part_tables, one_each, kinds, sticks)
     return outline_areas(posed)
 

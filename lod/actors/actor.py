@@ -152,7 +152,6 @@ class PositionableObject(ObjectWithParts, abstract=True):
         return ((self._route, frame, own), *sum(there, ()))
 
     def _current_appearance(self, is_leaf: bool) -> Any:
-        """Return nothing: an object that is only somewhere has no appearance."""
         return None
 
 

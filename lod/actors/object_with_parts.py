@@ -209,7 +209,6 @@ class ObjectWithParts:
 
     @property
     def _owned_by(self) -> str:
-        """Return the name of the whole that owns it; it is empty while it has no owner."""
         return "" if self.__owner is None else str(self.__owner)
 
     @property

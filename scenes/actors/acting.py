@@ -76,14 +76,6 @@ class MotionBounds(ArrayData):
         rows = np.array([_bounds_of(each) for each in prototypes]).reshape(-1, 6)
         return MotionBounds(*rows.T)
 
-    def with_held(self, held: Held) -> "MotionBounds":
-        """Return the same, where what messages hold may reach anywhere within the bound."""
-        if not held:
-            return self
-        reach, rows = self.reach.copy(), list(held)
-        reach[rows] = self.bound[rows]
-        return replace(self, reach=reach)
-
 
 @lru_cache(maxsize=256)
 def _bounds_of(prototype: RiggedPrototype) -> tuple[float, ...]:
@@ -155,7 +147,11 @@ def bound_px(
 
     Urgency is the same bound in view; out of view, where there are shadows alone, less.
     """
-    off = offset_bound_m(bodies.with_held(stand.held), stand.speed, now_s - stand.went)
+    if stand.held:  # what messages hold may reach anywhere within the bound
+        reach, rows = bodies.reach.copy(), list(stand.held)
+        reach[rows] = bodies.bound[rows]
+        bodies = replace(bodies, reach=reach)
+    off = offset_bound_m(bodies, stand.speed, now_s - stand.went)
     away = stand.places[:, (X, Y)] - np.array(eye[:2])
     d = np.maximum(np.hypot(*away.T) - bodies.bound, 0.1)
     px = off / d / lens.theta
@@ -236,7 +232,6 @@ class Acting:
         return ActedFrame(stand.places, updated, off, stand.held, eye if moved else None)
 
     def _due(self) -> list[str]:
-        """List who is to be updated, the most urgent first."""
         stand: Standings = self._send(ask("", "standings"))
         acts = self._acts & np.isfinite(stand.places[:, X])
         urgency = self._bounds(stand)[1]

@@ -177,12 +177,6 @@ HORIZON_S, STEP_S = 2.0, 0.25
 Steps = Generator[Message | None, Any, Any]
 
 
-def own_course(me: Me) -> Steps:
-    """Ask where one is oneself, and how one goes."""
-    course: Course = yield ask(me.name, "course")
-    return course
-
-
 def others_near(me: Me, radius: float) -> Steps:
     """Ask who is near, and how the eight nearest go: (name, course) of each."""
     names = yield ask("", "near", me.name, radius)
@@ -224,14 +218,14 @@ def walk(me: Me) -> Acts:
     of those met that are waved to.
     """
     side, speed, waves = me.option("side", 20.0), me.option("speed", 1.3), me.option("waves", 0.1)
-    course = yield from own_course(me)
+    course = yield ask(me.name, "course")
     home = np.array((course.x, course.y))
     if "centre_x" in me.options:
         home = np.array((me.option("centre_x", 0.0), me.option("centre_y", 0.0)))
     goal, met, waving, now = _some_place(me, home, side), set[str](), -1.0, 0.0
     pace = speed * me.rng.uniform(0.8, 1.1)
     while True:
-        course = yield from own_course(me)
+        course = yield ask(me.name, "course")
         others = yield from others_near(me, _SIGHT_M)
         way = goal - (course.x, course.y)
         left = float(np.hypot(*way))
@@ -254,7 +248,7 @@ def follow(me: Me) -> Acts:
     """
     whom, distance, most = me.text("whom"), me.option("distance", 0.8), me.option("speed", 2.0)
     while True:
-        course = yield from own_course(me)
+        course = yield ask(me.name, "course")
         leader = yield ask(whom, "course")
         others = yield from others_near(me, _SIGHT_M)
         behind = np.array((math.cos(leader.yaw), math.sin(leader.yaw))) * -distance
@@ -291,7 +285,7 @@ def flee(me: Me) -> Acts:
     sight, speed = me.option("sight", 6.0), me.option("speed", 3.0)
     kind, rest, heading, now = me.name.partition("_")[0], 0.0, 0.0, 0.0
     while True:
-        course = yield from own_course(me)
+        course = yield ask(me.name, "course")
         others = yield from others_near(me, sight)
         wanted = np.zeros(2)
         for name, other in others:
@@ -317,7 +311,7 @@ def herd(me: Me) -> Acts:
     sight, speed = me.option("sight", 15.0), me.option("speed", 1.5)
     kind, heading = me.name.partition("_")[0], me.rng.uniform(0, 2 * math.pi)
     while True:
-        course = yield from own_course(me)
+        course = yield ask(me.name, "course")
         others = yield from others_near(me, sight)
         heading += me.rng.normal(0, 0.05)
         wanted = 0.5 * np.array((math.cos(heading), math.sin(heading)))
@@ -388,7 +382,6 @@ def _route(me: Me, option: str) -> tuple[str, ...]:
 
 
 def _facing(eye: Vector, target: Vector) -> tuple[float, float]:
-    """Heading and pitch from an eye to a target [degrees]."""
     east, north, up = (b - a for a, b in zip(eye, target, strict=True))
     pitch = math.atan2(up, math.hypot(east, north))
     return math.degrees(math.atan2(east, north)), math.degrees(pitch)

@@ -290,19 +290,16 @@ def reach_in_plan(prototype: RiggedPrototype) -> float:
     origin, turn = prototype.rig.frames()
     found = 0.0
     for table in prototype.full_detail_sticks():
-        posed = table.posed(origin, turn)
-        for at, radius in ((posed.start, posed.start_radius), (posed.end, posed.end_radius)):
-            found = max(found, float((np.hypot(at[:, 0], at[:, 1]) + radius).max(initial=0.0)))
+        at, radius = table.posed(origin, turn).spheres
+        found = max(found, float((np.hypot(at[:, 0], at[:, 1]) + radius).max(initial=0.0)))
     return found
 
 
 def _towards(now: float, wanted: float, most: float) -> float:
-    """Come from one value to another by at most so much."""
     return now + min(max(wanted - now, -most), most)
 
 
 def _in_order(names: Route, route: Route) -> bool:
-    """Tell whether names stand in a route in their order, with others between them."""
     rest = iter(route)
     return all(name in rest for name in names)
 

@@ -222,7 +222,7 @@ def with_share(prototype: RiggedPrototype, eighths: int) -> RiggedPrototype:
     # Limbs half way between two poses are not half as high: feet stay on the ground, none below it.
     down = share * _lowest(prototype, motion) - _lowest(prototype, less)
     raised = shift + down[:, None] * (0.0, 0.0, 1.0)
-    return prototype.with_motion(replace(less, shift=raised))
+    return replace(prototype, motion=replace(less, shift=raised))
 
 
 def _lowest(prototype: RiggedPrototype, motion: Motion) -> np.ndarray:
@@ -262,11 +262,7 @@ def stick_ends(
     origin, facing = prototype.rig.frames(motion.rotations, motion.shift)
     ends, radii = [], []
     for table in prototype.full_detail_sticks():
-        for on, point, radius in (
-            (table.start_joint, table.start, table.start_radius),
-            (table.end_joint, table.end, table.end_radius),
-        ):
-            own = on >= 0
-            ends.append(rotate_vectors(facing[:, on[own]], point[own]) + origin[:, on[own]])
-            radii.append(radius[own])
+        on, (point, radius), own = table.joints, table.spheres, table.joints >= 0
+        ends.append(rotate_vectors(facing[:, on[own]], point[own]) + origin[:, on[own]])
+        radii.append(radius[own])
     return np.concatenate(ends, axis=1), np.concatenate(radii)

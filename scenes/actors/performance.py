@@ -131,12 +131,10 @@ class Performance:
 
 
 def _within(change: np.ndarray, whole: float) -> np.ndarray:
-    """Give changes the shorter way round."""
     return change - whole * np.round(change / whole)
 
 
 def _between(a: Components, b: Components | None, share: float) -> Components:
-    """Interpolate between two orientations on the chord, the shorter way round."""
     if b is None or a == b:
         return a
     sign = np.copysign(1.0, np.dot(a, b))
@@ -275,21 +273,17 @@ class Cast:
         return self.performance.names[int(standing.actor[row])]
 
     def roots(self, view: View) -> Parts:
-        """Return all actors, near or far."""
         objects = self._in_view(view)
         return objects.samples.prototypes.wholes(objects, view)
 
     def cut(self, view: View) -> Cut:
-        """Find what is displayed of them, by the compiled traversal."""
         objects = self._in_view(view)
         return objects.samples.prototypes.cut(objects, view, len(objects))
 
     def parts_of(self, parts: Parts, view: View) -> Parts:
-        """Return the parts that ``parts`` own directly."""
         return parts.state.samples.prototypes.parts_of(parts, view)
 
     def appearance(self, parts: Parts, weights: BlendWeights) -> Sticks:
-        """Return the sticks of the displayed parts."""
         return parts.state.samples.prototypes.appearance(parts, weights)
 
     def later(self, parts: Parts, view: View, time_s: float) -> Parts:
@@ -365,4 +359,4 @@ def posed_prototype(
     feet = moving.motion.feet
     free = np.flatnonzero(~np.isin(feet.legs, rows).any(axis=1))
     kept = replace(feet, **{name: column[free] for name, column in vars(feet).items()})
-    return moving.with_motion(replace(moving.motion, rotations=rotations, feet=kept))
+    return replace(moving, motion=replace(moving.motion, rotations=rotations, feet=kept))

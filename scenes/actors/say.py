@@ -140,7 +140,6 @@ def _turned(line: Line, now: float) -> Acts:
 
 
 def _going(words: Words) -> Acts:
-    """Have somebody go, as soon as it can be as fast as is asked."""
     message = words.message(changes=True)
     wanted = float(message.action.arguments[0])
     while True:

@@ -146,13 +146,6 @@ class CellLattice(NamedTuple):
     side: float
 
 
-class ProcessKey(NamedTuple):
-    """The two words by which a species' process keys the hash."""
-
-    seed: np.uint64
-    species: np.uint64
-
-
 @dataclass(frozen=True)
 class PoissonCells:
     """One species' homogeneous Poisson process of density K [1/m²]."""
@@ -173,9 +166,9 @@ class PoissonCells:
         return 2.0**self.exponent
 
     @property
-    def key(self) -> ProcessKey:
-        """Return the key of the hash."""
-        return ProcessKey(np.uint64(self.seed), hash_name(self.name))
+    def key(self) -> tuple[np.uint64, np.uint64]:
+        """Return the two words by which the process keys the hash: of its seed and its name."""
+        return np.uint64(self.seed), hash_name(self.name)
 
     def lattice(self, corner: Corner) -> CellLattice:
         """Return the lattice of cells as seen from a frame's corner."""
@@ -205,7 +198,6 @@ class PoissonCells:
 
     @cached_property
     def _cumulative(self) -> np.ndarray:
-        """The Poisson distribution function of a cell's count, as far as it matters."""
         mean = self.density * self.side_m**2
 
         def distribution() -> dict[str, np.ndarray]:
@@ -237,12 +229,11 @@ def candidates(
 
 @njit(cache=True)
 def _counts(cell_x, cell_y, key, cumulative):  # type: ignore[no-untyped-def]
-    """Objects in each cell, by inversion of the Poisson distribution function."""
     count = np.empty(len(cell_x), np.int64)
     zero = np.uint64(0)
     for i in range(len(cell_x)):
         x, y = np.uint64(cell_x[i]), np.uint64(cell_y[i])
-        word, _, _, _ = philox4x64(x, y, zero, zero, key.seed, key.species)
+        word, _, _, _ = philox4x64(x, y, zero, zero, *key)
         u, number = unit_float(word), 0
         while number < len(cumulative) and cumulative[number] <= u:
             number += 1  # about two steps: cells are that small
@@ -258,7 +249,7 @@ def _uniforms(cell_x, cell_y, index, key):  # type: ignore[no-untyped-def]
         block = np.uint64(index[i] + 1)
         for half in range(2):
             x, y = np.uint64(cell_x[i]), np.uint64(cell_y[i])
-            words = philox4x64(x, y, block, np.uint64(half), key.seed, key.species)
+            words = philox4x64(x, y, block, np.uint64(half), *key)
             for k in range(4):
                 u[i, 4 * half + k] = unit_float(words[k])
     return u
@@ -280,7 +271,7 @@ def _candidates(cells, key, lattice, view, bounds, name, u):  # type: ignore[no-
         south = (cell_y[i] - lattice.cell_y) * side - lattice.rest_y
         for index in range(count[i]):
             block = np.uint64(index + 1)
-            words = philox4x64(x, y, block, np.uint64(0), key.seed, key.species)
+            words = philox4x64(x, y, block, np.uint64(0), *key)
             u0, u1 = unit_float(words[0]), unit_float(words[1])
             if abs((cell_x[i] + u0) * side) > half_window:
                 continue
@@ -291,7 +282,7 @@ def _candidates(cells, key, lattice, view, bounds, name, u):  # type: ignore[no-
             if not _could_pass(view, bounds, kind, west + u0 * side, south + u1 * side):
                 continue
             name[0, kept], name[1, kept], name[2, kept] = cell_x[i], cell_y[i], index
-            rest = philox4x64(x, y, block, one, key.seed, key.species)
+            rest = philox4x64(x, y, block, one, *key)
             for k in range(4):
                 u[kept, k], u[kept, 4 + k] = unit_float(words[k]), unit_float(rest[k])
             kept += 1
@@ -353,7 +344,6 @@ def search_spans(
 
 @njit(cache=True)
 def _cells_in_reach(spans, lattice, view, bounds):  # type: ignore[no-untyped-def]
-    """Those of the cells in ``spans`` that are in reach, row by row: x, y (n,)."""
     x0, x1, y0, y1 = spans
     side = lattice.side
     room = max(x1 - x0, 0) * max(y1 - y0, 0)

@@ -39,7 +39,7 @@ def emit(
     displayed: DisplayedSticks,
 ) -> Sticks:
     """Pose the sticks of displayed parts; ``objects`` (n,) are rows in ``instances``."""
-    sticks, n, columns = part_tables.sticks, len(displayed.stick), instances.columns()
+    sticks, n = part_tables.sticks, len(displayed.stick)
     ends, joints = (sticks.start, sticks.end), (sticks.start_joint, sticks.end_joint)
     table = *ends, *joints, sticks.start_radius, sticks.end_radius
     start, end, radii = np.empty((n, 3)), np.empty((n, 3)), np.empty((2, n))
@@ -48,7 +48,7 @@ def emit(
         rows = slice(first, last)
         own = DisplayedSticks(*(column[rows] for column in displayed))
         out = start[rows], end[rows], radii[:, rows]
-        _emit(pose_tables.columns, pose_tables.max_joints, columns, objects, own, table, out)
+        _emit(pose_tables, instances, objects, own, table, out)
 
     map_chunks(run, n, _SHORTEST_RUN)
     tints = displayed.tint, part_tables.tints
@@ -56,12 +56,11 @@ def emit(
 
 
 @njit(cache=True, nogil=True)
-def _emit(t, max_joints, instances, objects, displayed, table, out):  # type: ignore[no-untyped-def]
-    """Pose the displayed sticks into ``out``, object by object: each joint once."""
+def _emit(t, instances, objects, displayed, table, out):  # type: ignore[no-untyped-def]
     owner, stick, share, _ = displayed
     _, _, joint0, joint1, _, _ = table
     n = len(stick)
-    buffers = pose_buffers(max_joints)
+    buffers = pose_buffers(t.max_joints)
     m = 0
     while m < n:
         o, first = objects[owner[m]], m
@@ -76,7 +75,6 @@ def _emit(t, max_joints, instances, objects, displayed, table, out):  # type: ig
 
 @njit(cache=True)
 def _emit_object(frame, stick, share, table, out, first, last):  # type: ignore[no-untyped-def]
-    """Sticks first to last, all of one object, whose joints have these frames."""
     start, end, joint0, joint1, radius0, radius1 = table
     starts, ends, radii = out
     row, turn = 0, rotation_matrix(frame, 0)

@@ -60,14 +60,19 @@ def _canopy(kinds: tuple[SpeciesDensity, ...]) -> Canopy:
         ([full_detail_sticks(each) for each in prototypes], density)
         for prototypes, density in kinds
     ]
-    top = max(float(_tops(table).max()) for tables, _ in bare for table, _ in tables)
+    spheres = (table.spheres for tables, _ in bare for table, _ in tables)
+    top = max(float((centre[:, 2] + radius).max()) for centre, radius in spheres)
     height = top * np.linspace(0, 1, STEPS + 1) ** 2
     depth, sent, weight = np.zeros(STEPS), np.zeros(3), 0.0
     for tables, density in bare:
         for table, tints in tables:
             outline = density / len(tables) * outlines_between(table, height)
             depth += outline
-            sent += outline.sum() * _mean_tint(table, tints)
+            # Mean colour by the area of each stick, regardless of what is before it.
+            radius = (table.start_radius + table.end_radius) / 2
+            area = radius * (np.linalg.norm(table.end - table.start, axis=1) + radius)
+            tint = (tints[table.tint] * area[:, None]).sum(axis=0) / area.sum()
+            sent += outline.sum() * tint
             weight += outline.sum()
     return Canopy(height, depth, sent / weight)
 
@@ -83,17 +88,6 @@ def outlines_between(
     parts = [table.take(middle < top) for top in height[1:-1]]
     below = [areas_of_parts(each, _SIDES)[0].mean() for each in (*parts, table)]
     return np.maximum(np.diff(below, prepend=0.0), 0.0)
-
-
-def _tops(table: StickTable) -> Reals:
-    return np.maximum(table.start[:, 2] + table.start_radius, table.end[:, 2] + table.end_radius)
-
-
-def _mean_tint(table: StickTable, tints: np.ndarray) -> Float64[np.ndarray, " 3"]:
-    """Mean colour of the sticks, weighted by the area of each regardless of what is before it."""
-    radius = (table.start_radius + table.end_radius) / 2
-    area = radius * (np.linalg.norm(table.end - table.start, axis=1) + radius)
-    return (tints[table.tint] * area[:, None]).sum(axis=0) / area.sum()
 
 
 Shares = Float64[np.ndarray, "n k"]
@@ -129,42 +123,34 @@ class AggregateCover:
         prototypes = [p for each in self.species for p in each.prototypes]
         return max((float(p.hierarchy.B[0]) for p in prototypes), default=0.0)
 
-    def undisplayed(self, view: View, points: Points) -> Shares:
-        """Compute which share of each species' cover is undisplayed at points of the ground, (n,
-        k).
+    def undisplayed(self, view: View, points: Points) -> tuple[Shares, Shares]:
+        """Compute, at points of the ground, which share of the cover of what grows is undisplayed.
 
-        Small objects stop being displayed first, and cover less.
+        Small objects stop being displayed first, and cover less. The second result is which share
+        of its density each species has there, (n, k) each.
         """
-        return self._undisplayed_where_grown(view, points) * self._habitat_share(view, points)
-
-    def _undisplayed_where_grown(self, view: View, points: Points) -> Shares:
-        """Undisplayed share of the cover of what grows at points of the ground, (n, k)."""
         d, gone = distance(view, points), np.empty((len(points), len(self.species)))
+        grown = np.ones_like(gone)
         for k, each in enumerate(self.species):
             trees = [p.hierarchy for p in each.prototypes]
             outlines = np.array([float(tree.P[0]) ** 2 for tree in trees])
             limits = _limits_at(each.seen_in(view), trees, points, d)
             gone[:, k] = undisplayed_share(d, limits, outlines, view.fade)
-        return gone
-
-    def _habitat_share(self, view: View, points: Points) -> Shares:
-        """Share of its density that each species has at points of the ground, (n, k)."""
-        grown = np.ones((len(points), len(self.species)))
-        for k, each in enumerate(self.species):
             if each.habitat is not None:
                 grown[:, k] = each.habitat.share(view.camera.corner, points[:, :2])
-        return grown
+        return gone, grown
 
     def residual(self, view: View, points: Points) -> "ResidualCover":
         """Compute what the species leave at points (n, 3) of the ground, as the eye sees it."""
-        gone, grown = self._undisplayed_where_grown(view, points), self._habitat_share(view, points)
+        gone, grown = self.undisplayed(view, points)
         rows = np.flatnonzero((gone * grown).any(axis=1))
         lift, covered = np.zeros((2, len(points)))
         look = None
         if len(rows):
             at, gone, grown = points[rows], gone[rows], grown[rows]
             level = SightLines.of(self, view, at, gone, grown)
-            lift[rows] = level.at_depression(self.stand.height) * level.share
+            height = self.stand.height[:, None, None]
+            lift[rows] = interpolate_table(height, level.row, 0 * level.row)[:, 0] * level.share
             # Lines meet the ground where it is drawn, and what is displayed is buried so deep.
             drawn = at + lift[rows, None] * np.array((0.0, 0.0, 1.0))
             above = np.interp(lift[rows], self.stand.levels, self.stand.above)[:, None]
@@ -244,7 +230,6 @@ def _limits_at(
 def _limits_at_motion(
     view: View, trees: Sequence[Hierarchy], motion_step: Reals
 ) -> Float64[np.ndarray, "n t"]:
-    """Limit distances of whole objects by steps of their image motion, (n, t) [m]."""
     steps = np.arange(int(motion_step.max(initial=0.0)) + 2)
     tables = [[float(view.limits(tree, int(step))[0][0]) for step in steps] for tree in trees]
     return np.stack([np.interp(motion_step, steps, table) for table in tables], axis=1)
@@ -286,13 +271,6 @@ class SightLines:
         there, depths = whole * grown, whole * grown * gone
         share, rest = (each.sum(axis=1) / whole.sum(axis=1) for each in (depths, there - depths))
         return SightLines(row, column, depths, share, rest)
-
-    def at_depression(self, table: Float64[np.ndarray, " d"]) -> Reals:
-        """Compute the entries of a table (δ,) at each line, (n,)."""
-        found: Reals = interpolate_table(table[:, None, None], self.row, np.zeros(len(self.row)))[
-            :, 0
-        ]
-        return found
 
     def at(self, table: Float64[np.ndarray, "d p 3"]) -> Points:
         """Compute the entries of a table (δ, φ, 3) at each line, (n, 3), linear in both angles."""

@@ -169,7 +169,6 @@ def _limits(part_tables: PartTables, view: View, motion_step: int) -> tuple[np.n
 
 @njit(cache=True, nogil=True)
 def _count(first, rows, inner, leaf):  # type: ignore[no-untyped-def]
-    """Number of sticks in the blocks that ``_sticks_of`` goes through."""
     count = 0
     for i in range(len(rows)):
         for side, share in enumerate((inner[i], leaf[i])):
@@ -234,7 +233,6 @@ def _appearances(
 
 
 def _shown(prototype: RiggedPrototype) -> tuple[RiggedSticks, ViewDependence]:
-    """The leaf sticks of a prototype that pictures show, and how they look from elsewhere."""
     leaf, views = prototype.leaf, prototype.view_dependence
     if prototype.meshes is None:
         return leaf, views

@@ -59,7 +59,7 @@ class InstancesInView(ArrayData):
     motion_step: FloatArray
 
     def __len__(self) -> int:
-        return len(self.instances)
+        return len(self.motion_step)
 
     @property
     def max_step(self) -> float:
@@ -250,9 +250,10 @@ def instances_in_view(
     """
     instances = placed[0]
     if len(placed) == 1 or view.shutter is None:
-        return InstancesInView(instances, samples, np.zeros(len(instances)))
+        return InstancesInView(instances, samples, np.zeros(len(instances.prototype)))
     _, opens, closes = placed
-    rows, root = np.arange(len(instances)), prototypes.part_tables.root[instances.prototype]
+    root = prototypes.part_tables.root[instances.prototype]
+    rows = np.arange(len(root))
     start, end = (prototypes.positions(each, rows, root) for each in (opens, closes))
     bound = prototypes.part_tables.bound[root]
     turn = np.sqrt((closes.cos - opens.cos) ** 2 + (closes.sin - opens.sin) ** 2)

@@ -206,18 +206,15 @@ class SpeciesField:
         return self.prototypes.wholes(self.instances_in_view(samples, view), view)
 
     def cut(self, view: View) -> Cut:
-        """Find what is displayed, by compiled loops: over the objects, then over their parts."""
         view = self.species.seen_in(view)
         samples, examined = candidates(self.cells, view, self.search_bounds(view))
         grown = self.in_habitat(view.camera.corner, samples)
         return self.prototypes.cut(self.instances_in_view(grown, view), view, examined)
 
     def parts_of(self, parts: Parts, view: View) -> Parts:
-        """Return the parts that ``parts`` own directly."""
         return self.prototypes.parts_of(parts, self.species.seen_in(view))
 
     def appearance(self, parts: Parts, weights: BlendWeights) -> Appearance:
-        """Return the appearance of the displayed parts, as much of both as they show."""
         return self.prototypes.appearance(parts, weights, self.illumination)
 
     def later(self, parts: Parts, view: View, time_s: float) -> Parts:
@@ -305,23 +302,18 @@ class Placed:
         return species_prototypes((self.prototype,))
 
     def roots(self, view: View) -> Parts:
-        """Return the object itself, whether near or far."""
         return self.prototypes.wholes(self._instances_in_view(view), view)
 
     def cut(self, view: View) -> Cut:
-        """Find what of it is displayed, by the compiled traversal."""
         return self.prototypes.cut(self._instances_in_view(view), view, 1)
 
     def parts_of(self, parts: Parts, view: View) -> Parts:
-        """Return the parts that ``parts`` own directly."""
         return self.prototypes.parts_of(parts, view)
 
     def appearance(self, parts: Parts, weights: BlendWeights) -> Appearance:
-        """Return the appearance of the displayed parts."""
         return self.prototypes.appearance(parts, weights, self.illumination)
 
     def later(self, parts: Parts, view: View, time_s: float) -> Parts:
-        """Pose the parts as they are at another time [s]."""
         if not self.prototypes.moves:
             return parts
         instances = self._place(view.camera.corner, time_s)
@@ -332,7 +324,6 @@ class Placed:
         return instances_in_view(self.prototypes, None, view, placed)
 
     def _place(self, corner: Corner, time_s: float) -> Instances:
-        """The object as it stands at a time [s]."""
         xy = np.array([[self.x - corner.x * GRID_M, self.y - corner.y * GRID_M]])
         facing = math.radians(90.0 - self.heading_deg)
         return place_on_ground(

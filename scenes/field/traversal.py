@@ -86,7 +86,6 @@ class TraversalTables(NamedTuple):
 
 
 def _max_displacement(tree: Hierarchy, sway_m: float) -> np.ndarray:
-    """How far the origin of each part can be from where the root rests, (n,) [m]."""
     if sway_m == 0:
         return np.linalg.norm(tree.position - tree.position[0], axis=1) + _ROUNDING_M
     away = np.full(len(tree), sway_m + _ROUNDING_M)
@@ -144,8 +143,7 @@ def traverse(
     limits (steps, s, 4): as ``node_limits`` gives them; motion_step (n,): how much motion hides of
         each object, on the scale of lod.motion
     """
-    poses, columns = (pose_tables.columns, pose_tables.max_joints), instances.columns()
-    given = *poses, compile_view(view), columns, motion_step, nodes, limits
+    given = pose_tables, compile_view(view), instances, motion_step, nodes, limits
 
     def run(first: int, last: int) -> list[DisplayedRows]:
         done: list[DisplayedRows] = []
@@ -157,7 +155,7 @@ def traverse(
             room *= 2
         return done
 
-    runs = [rows for each in map_chunks(run, len(instances), _SHORTEST_RUN) for rows in each]
+    runs = [rows for each in map_chunks(run, len(motion_step), _SHORTEST_RUN) for rows in each]
     if len(runs) == 1:
         return runs[0]
     # Rows of parents are counted from the first of all.
@@ -178,9 +176,9 @@ def _traverse(given, first, last, out):  # type: ignore[no-untyped-def]
     Gives the object it stopped before, rows filled, and parts examined.
     """
     # Arrays are unpacked here once: whatever a tuple gives up inside the loop is counted anew.
-    t, max_joints, view, instances, motion_step, tables, limits = given
+    t, view, instances, motion_step, tables, limits = given
     origin, _, _, nodes, rests, extent, max_parts = tables
-    feet, buffers = instances.foot_contacts, pose_buffers(max_joints)
+    feet, buffers = instances.foot_contacts, pose_buffers(t.max_joints)
     prototype, frame, state = instances.prototype, buffers.frame, buffers.state
     node = np.empty(max_parts, np.int32)
     n, examined, o = 0, 0, first
@@ -242,7 +240,6 @@ def _decide(d, displacement, inside, outside):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def _rest_origin(instances, o, x, y, z):  # type: ignore[no-untyped-def]
-    """Where the root of object ``o`` would be at rest."""
     origin, cos, sin = instances.origin, instances.cos[o], instances.sin[o]
     east, north = origin[o, 0] + cos * x - sin * y, origin[o, 1] + sin * x + cos * y
     return east, north, origin[o, 2] + z
@@ -260,7 +257,6 @@ def _decide_by_view(view, rest, displacement, radius):  # type: ignore[no-untype
 
 @njit(cache=True, inline="always")
 def _node_origin(frame, row, turn, origin, k):  # type: ignore[no-untyped-def]
-    """Where the origin of a node is, given the frame of its joint; turn: rotation of row 0."""
     x, y, z = origin[k, 0], origin[k, 1], origin[k, 2]
     if row == 0:
         place = transform_point(frame, 0, turn, x, y, z)

@@ -232,7 +232,6 @@ def _mirror_images(parts: dict[str, Part], row: dict[str, int], rig: Rig) -> Int
 
 
 def _rig(anatomy: Anatomy, build: Build) -> Rig:
-    """Make the joints of both sides in the tables' lengths, with rest and limits."""
     joints = anatomy.both_sides(anatomy.joints, anatomy.side_joints)
     row = {name: i for i, name in enumerate(joints)} | {"": -1}
     offset, rest, low, high = (np.zeros((len(joints), 3)) for _ in range(4))
@@ -250,7 +249,6 @@ def _rig(anatomy: Anatomy, build: Build) -> Rig:
 
 
 def _sticks(parts: dict[str, Part], key: str, rig: Rig, build: Build) -> RiggedSticks:
-    """Make the rods that parts have under one key sticks in the frames of joints."""
     material = {name: i for i, name in enumerate((*build.materials, MEAN))}
     columns: list[tuple] = []
     for row, (name, part) in enumerate(parts.items()):
@@ -275,7 +273,6 @@ def _sticks(parts: dict[str, Part], key: str, rig: Rig, build: Build) -> RiggedS
 
 
 def _turned(point: Triple, angle: float) -> Triple:
-    """The point turned about z by an angle [rad]."""
     x, y, z = point
     cos, sin = math.cos(angle), math.sin(angle)
     return cos * x - sin * y, sin * x + cos * y, z
@@ -285,10 +282,8 @@ def _scale_to_height(
     rig: Rig, tables: tuple[RiggedSticks, ...], height: float
 ) -> tuple[Rig, tuple[RiggedSticks, ...]]:
     """Scale rig and tables: the lowest point of the first is at 0, the highest at ``height`` m."""
-    posed = tables[0].posed(*rig.frames())
-    lows = (posed.start[:, 2] - posed.start_radius, posed.end[:, 2] - posed.end_radius)
-    tops = (posed.start[:, 2] + posed.start_radius, posed.end[:, 2] + posed.end_radius)
-    lift, top = -min(low.min() for low in lows), max(high.max() for high in tops)
+    centre, radius = tables[0].posed(*rig.frames()).spheres
+    lift, top = -(centre[:, 2] - radius).min(), (centre[:, 2] + radius).max()
     offset = rig.offset.copy()
     offset[rig.parent < 0, 2] += lift
     factor = float(height / (top + lift))

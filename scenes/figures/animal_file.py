@@ -56,7 +56,6 @@ def load_animal(file: Traversable, kind: type[File]) -> File:
 
 
 def _check_names(file: AnimalFile, source: str) -> None:
-    """Raise InputError where a table names a joint, part or material that is not there."""
     joints = [""]
     for table, own in (("joints", file.joints), ("side_joints", file.side_joints)):
         for name, joint in own.items():
@@ -89,7 +88,6 @@ def _check_names(file: AnimalFile, source: str) -> None:
 def _check_sticks(
     where: str, sticks: Sequence[Rod], joints: Sequence[str], file: AnimalFile
 ) -> None:
-    """Raise InputError where a stick names a joint or a material that is not there."""
     for k, stick in enumerate(sticks):
         if stick.joint is not None:
             _check_name(f"{where}[{k}].joint", stick.joint, joints, "of this file")

@@ -156,22 +156,6 @@ class Contacts(NamedTuple):
     ball: np.ndarray
 
 
-class FootPath(NamedTuple):
-    """A foot through the cycle, (K,) each.
-
-    print_x  where its print is, relative to mid-stance: it recedes as the body goes on, until the
-        foot swings to the next [m]
-    roll, z  the ankle ahead of where it is over a flat print, along the foot; its height [m]
-    pitch    angle about y, toes down above 0 [degrees]; curl: angle of the toes about y [degrees]
-    """
-
-    print_x: np.ndarray
-    roll: np.ndarray
-    z: np.ndarray
-    pitch: np.ndarray
-    curl: np.ndarray
-
-
 def heel_and_ball(prototype: RiggedPrototype, ankle: int) -> Contacts:
     """Find the hindmost and foremost of the lowest spheres of the foot by itself, toes apart."""
     low = _lowest(prototype, ankle)
@@ -198,7 +182,6 @@ def sole_points(prototype: RiggedPrototype, ankle: int) -> Points2:
 
 
 def _lowest(prototype: RiggedPrototype, ankle: int) -> Spheres:
-    """The lowest spheres of a foot in the frame of its ankle: centre and radius."""
     spheres = _spheres(prototype, ankle)
     if not len(spheres):
         raise InputError("gait.leg", prototype.rig.name[ankle], "an ankle that carries a foot")
@@ -208,22 +191,19 @@ def _lowest(prototype: RiggedPrototype, ankle: int) -> Spheres:
 
 def _spheres(prototype: RiggedPrototype, joint: int) -> Spheres:
     """End spheres (k, 4) of all full-detail sticks on a joint: centre in its frame, radius [m]."""
-    return np.concatenate(
-        [
-            np.column_stack((point, radius))[on == joint]
-            for table in prototype.full_detail_sticks()
-            for on, point, radius in (
-                (table.start_joint, table.start, table.start_radius),
-                (table.end_joint, table.end, table.end_radius),
-            )
-        ]
-    )
+    tables = prototype.full_detail_sticks()
+    return np.concatenate([np.column_stack(t.spheres)[t.joints == joint] for t in tables])
 
 
-def foot_path(
+def _foot_path(
     leg: Leg, contacts: Contacts, own: Reals, stride: float, duty: float, clearance: float
-) -> FootPath:
-    """Compute the path of a foot at phases ``own`` after landing, 0 to 1; lengths in m."""
+) -> tuple[Reals, Reals, Reals, Reals, Reals]:
+    """A foot at phases ``own`` after landing, 0 to 1, (K,) each; lengths in m, angles in degrees.
+
+    Gives where its print is, relative to mid-stance: it recedes as the body goes on, until the foot
+    swings to the next; the ankle ahead of where it is over a flat print, along the foot; its
+    height; its angle about y, toes down above 0; and that of the toes.
+    """
     from scipy.interpolate import PchipInterpolator  # slow to import, and prototypes are kept
 
     phase, angle = (np.array(column) for column in zip(*leg.pitch, strict=True))
@@ -256,13 +236,9 @@ def foot_path(
     # Toes turn up by as much as the foot is down, until they have left the ground.
     flat = pitch if leg.flat_toes else np.maximum(pitch, 0.0) * (1 - smooth)
     heel, ball = (displacement(contact, pitch)[1] for contact in contacts)
-    return FootPath(
-        print_x=stride * (duty / 2 - own + smooth),
-        roll=np.where(own < duty, rolled(pitch), swung),
-        z=np.maximum(heel, ball) + clearance * hump,
-        pitch=pitch,
-        curl=leg.curl * hump - flat,
-    )
+    roll = np.where(own < duty, rolled(pitch), swung)
+    z = np.maximum(heel, ball) + clearance * hump
+    return stride * (duty / 2 - own + smooth), roll, z, pitch, leg.curl * hump - flat
 
 
 KEYS = 32
@@ -271,13 +247,16 @@ REACH = 0.996
 """How far a leg may be stretched, as a share of its length: knees are never locked."""
 
 
-def with_gait(prototype: RiggedPrototype, gait: Gait, keys: int = KEYS) -> RiggedPrototype:
+def with_gait(prototype: RiggedPrototype, gait: Gait) -> RiggedPrototype:
     """Give an object the motion of a gait. Raises InputError if a leg is too short for it."""
-    return prototype.with_motion(make_motion(prototype, gait, keys))
+    return replace(prototype, motion=make_motion(prototype, gait))
 
 
 def make_motion(prototype: RiggedPrototype, gait: Gait, keys: int = KEYS) -> Motion:
-    """Make the key poses of one cycle; the first leg's left foot lands at its ``strike`` phase."""
+    """Make the key poses of one cycle; the first leg's left foot lands at its ``strike`` phase.
+
+    Raises InputError if a leg is too short.
+    """
     rig, phase = prototype.rig, key_phases(keys)
     rest = rig.frames()[0][:, 2]
     height = float(rest[rig.row(f"left {gait.legs[0].hip}")] if gait.legs else rest.max())
@@ -375,15 +354,16 @@ def _leg_path(
     contacts: Contacts = heel_and_ball(prototype, rows[2])
     strike = (leg.strike + (0.0 if side == "left " else leg.apart)) % 1.0
     own = phase - strike
-    path = foot_path(leg, contacts, own % 1.0, stride, gait.duty, leg.clearance * height)
+    lengths = stride, gait.duty, leg.clearance * height
+    print_x, roll, z, pitch, curl = _foot_path(leg, contacts, own % 1.0, *lengths)
     turnout = sign * math.radians(leg.turnout)
     rest = rig.frames()[0]
     hip, ankle = rest[rows[0]], rest[rows[2]]
     at = (ankle[0], ankle[1]) if leg.spread is None else (hip[0], sign * leg.spread * height)
     home = np.array((at[0] + leg.ahead * height, at[1], 0.0))
-    ahead = np.stack((path.print_x, np.zeros(len(own)), path.z), axis=1)
-    along = path.roll[:, None] * np.array((math.cos(turnout), math.sin(turnout), 0.0))
-    degrees = np.stack((0 * own, path.pitch, np.full(len(own), math.degrees(turnout))), axis=1)
+    ahead = np.stack((print_x, np.zeros(len(own)), z), axis=1)
+    along = roll[:, None] * np.array((math.cos(turnout), math.sin(turnout), 0.0))
+    degrees = np.stack((0 * own, pitch, np.full(len(own), math.degrees(turnout))), axis=1)
     return _LegPath(
         leg,
         rows,
@@ -391,7 +371,7 @@ def _leg_path(
         turnout,
         home + ahead + along,
         from_euler(degrees),
-        path.curl,
+        curl,
         strike,
         home[:2],
         sole_points(prototype, rows[2]) @ _rotation_2d(turnout).T,
@@ -436,7 +416,6 @@ def _rise_to_reach(rig: Rig, p: _LegPath, rotations: Quaternions, shift: Vectors
 
 
 def _solve_leg(rig: Rig, p: _LegPath, rotations: Quaternions, shift: Vectors) -> None:
-    """Write the rotations of hip, knee, ankle and toes that put the ankle on its path."""
     hip, knee, ankle = p.rows
     origin, frame = rig.frames(rotations, shift)
     above = frame[:, rig.parent[hip]]

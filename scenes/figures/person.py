@@ -21,7 +21,6 @@ from importlib import resources
 
 import numpy as np
 
-from lod.errors import InputError
 from scenes.figures.anatomy import Build, Colour, Rod, Table, build_prototype
 from scenes.figures.animal_file import AnimalFile, load_animal
 from scenes.figures.gait import AXES, Gait, Wave, with_gait
@@ -123,14 +122,7 @@ def child_sizes(age: float) -> dict[str, float]:
 
 @lru_cache(maxsize=16)
 def people_at_rest(seed: int, count: int, children: float = 0.2) -> tuple[RiggedPrototype, ...]:
-    """Make ``count`` people at rest, a share of them children; the k-th follows from seed and k.
-
-    Raises InputError for a count below 1 or a share outside 0 to 1.
-    """
-    if count < 1:
-        raise InputError("species.figure.prototypes", count, "at least one prototype")
-    if not 0 <= children <= 1:
-        raise InputError("species.figure.children", children, "a share, 0 to 1")
+    """Make ``count`` people at rest, a share of them children; the k-th follows from seed and k."""
     return tuple(_random_person(seed, k, children) for k in range(count))
 
 

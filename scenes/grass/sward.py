@@ -15,7 +15,6 @@ import numpy as np
 from jaxtyping import Float64
 
 from lod.arrays import Ints, Points, Reals
-from lod.errors import InputError
 from lod.shapes import Mesh, MeshTable, StickTable
 from scenes.appearance.fit import fit_appearances
 from scenes.rig.rigged_prototype import RiggedPrototype
@@ -89,27 +88,22 @@ def swards(
 ) -> tuple[Prototype, ...] | tuple[RiggedPrototype, ...]:
     """Make ``count`` tufts, still or moving in the wind; the k-th depends on seed, weather and k
     only."""
-    tufts = _tufts(seed, count, weather.season)
     if not weather.wind:
-        return tuple(still for still, _ in tufts)
+        return tuft_prototypes(seed, count, weather.season)
     return tuple(
         swaying(still, weather.wind, _rng(seed, k, 1), BEND_DEG, feet)
-        for k, (still, feet) in enumerate(tufts)
+        for k, (still, feet) in enumerate(_tufts(seed, count, weather.season))
     )
 
 
 def tuft_prototypes(seed: int, count: int, season: str = "summer") -> tuple[Prototype, ...]:
-    """Make ``count`` still tufts. Raises InputError for none, and for an unknown season."""
+    """Make ``count`` still tufts."""
     return tuple(still for still, _ in _tufts(seed, count, season))
 
 
 @lru_cache(maxsize=16)
 def _tufts(seed: int, count: int, season: str) -> tuple[tuple[Prototype, Points], ...]:
     """Make still tufts, and the points on the ground from which their blades and stems grow."""
-    if count < 1:
-        raise InputError("sward: prototypes", count, "at least one prototype")
-    if season not in SEASONS:
-        raise InputError("season", season, f"one of {', '.join(SEASONS)}")
     return tuple(_tuft(f"sward {k}", _rng(seed, k, 0), DRY[season]) for k in range(count))
 
 
@@ -118,7 +112,6 @@ def _rng(seed: int, k: int, what: int) -> np.random.Generator:
 
 
 def _tuft(name: str, rng: np.random.Generator, dry: float) -> tuple[Prototype, Points]:
-    """Grow one tuft, and tell where its blades and stems grow from, (n, 3) [m]."""
     shoots = rng.normal(scale=_TUFT_M, size=(_SHOOTS, 2))
     of_stem = rng.permutation(_SHOOTS)[: min(rng.poisson(_STEMS), _SHOOTS)]
     blades = _blades(rng, shoots[np.arange(BLADES) % _SHOOTS])
@@ -138,7 +131,7 @@ def _tuft(name: str, rng: np.random.Generator, dry: float) -> tuple[Prototype, P
     parts = PartSticks(parent, np.minimum(np.arange(n), 1), own, _PALETTE, meshes)
     fitted = fit_appearances(parts)
     # The middle of the box about what each part has above the ground; of the tuft its foot.
-    ends, owner = np.concatenate((own.start, own.end)), np.tile(own.owner, 2)
+    ends, owner = own.spheres[0], np.tile(own.owner, 2)
     above = ends * (1, 1, 0) + np.maximum(ends, 0) * (0, 0, 1)
     middle = box_middles(parent, owner, above)
     middle[0] = 0.0
@@ -160,7 +153,6 @@ def _blades(rng: np.random.Generator, at: Float64[np.ndarray, "n 2"]) -> _Stalks
 
 
 def _stems(rng: np.random.Generator, at: Float64[np.ndarray, "n 2"]) -> _Stalks:
-    """Grow flowering stems, which stand nearly upright above the blades."""
     n = len(at)
     lean = np.abs(rng.normal(0, np.radians(7), n))
     bend = lean + np.radians(rng.uniform(0, 15, n))
@@ -189,7 +181,6 @@ def _grown(
 
 
 def _sticks(n: int, rows: Ints, stalks: _Stalks, tint: Ints) -> list[StickTable]:
-    """Make two sticks of each stalk, of these parts; the lower one is rooted."""
     radius = stalks.radius.T
     lower = stalks.root(), stalks.middle, radius[0], radius[1], tint
     upper = stalks.middle, stalks.tip, radius[1], radius[2], tint

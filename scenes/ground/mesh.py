@@ -23,7 +23,7 @@ import numpy as np
 from jaxtyping import Float64, Int64
 from numba import njit
 
-from lod.arrays import Ints, Points, Reals, freeze
+from lod.arrays import ArrayData, FloatArray, IntArray, Ints, Points, Reals
 from lod.shapes import Triangles
 from lod.threads import map_chunks
 from lod.view import distance
@@ -69,7 +69,6 @@ def lattice_mesh(
 
 @njit(cache=True)
 def _snapped(i: int, halvings: int) -> int:
-    """Nearest multiple of 2**halvings."""
     return ((i + ((1 << halvings) >> 1)) >> halvings) << halvings
 
 
@@ -117,7 +116,7 @@ Places = Int64[np.ndarray, "n 2"]
 
 
 @dataclass(frozen=True, eq=False)
-class GeomorphParents:
+class GeomorphParents(ArrayData):
     """Vertices of a mesh and the parents that they morph from.
 
     The mesh's vertices come first, then those parents that the mesh lacks.
@@ -129,14 +128,11 @@ class GeomorphParents:
     parents (k, 2)  rows of the two parents of each of those
     """
 
-    points: np.ndarray
+    points: FloatArray
     count: int
-    fraction: np.ndarray
-    morphing: np.ndarray
-    parents: np.ndarray
-
-    def __post_init__(self) -> None:
-        freeze(self, points=np.float64, fraction=np.float64, morphing=np.int64, parents=np.int64)
+    fraction: FloatArray
+    morphing: IntArray
+    parents: IntArray
 
 
 def vertex_levels(where: Places, deepest: int) -> Ints:
@@ -269,7 +265,6 @@ def ground_mesh(
 def _covered(
     ground: GroundInView, vertices: Points, shading: Shading
 ) -> Float64[np.ndarray, "n 9"]:
-    """Vertices [m], unit normals and albedo of the ground under its residual cover, (n, 9)."""
     smooth, slopes, hidden, bare = np.split(shading, (2, 4, 5), axis=1)
     eye, cover = ground.view.camera.eye, ground.aggregate_cover
     if cover is None:
@@ -285,7 +280,6 @@ def _covered(
 
 
 def _by_runs(task: Callable[[slice], np.ndarray], points: Sized, columns: int) -> np.ndarray:
-    """Rows (n, columns) that ``task`` returns for slices of points, worked out in threads."""
     found = np.empty((len(points), columns))
 
     def run(first: int, last: int) -> None:

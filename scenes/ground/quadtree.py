@@ -36,7 +36,6 @@ detail allows, and a margin covers that.
 """
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -100,7 +99,6 @@ def morton(x: Ints, y: Ints) -> Ints:
 
 
 def _spread(v: Ints) -> Ints:
-    """Put a zero bit between the bits of each number."""
     for shift, mask in (
         (16, 0x0000FFFF0000FFFF),
         (8, 0x00FF00FF00FF00FF),
@@ -163,7 +161,6 @@ def _neighbours(patches: Patches) -> tuple[Int64[np.ndarray, "n 4"], Int64[np.nd
 
 
 def _split(patches: Patches, rows: Ints) -> Patches:
-    """Patches with those of ``rows`` replaced by their quarters."""
     kept = np.ones(len(patches), bool)
     kept[rows] = False
 
@@ -250,13 +247,14 @@ def limits(relief: Relief, spacings: Reals, view: View) -> tuple[Reals, Reals, R
     angles = m, m_hidden, m_outside, UNLIT * m_outside
     R, unseen = ranges(relief, spacings), priorities(relief, spacings, np.zeros(len(spacings)))
 
-    def seen(D: Reals) -> Reals:
-        tilt = seen_tilt(relief, spacings, _height_of_eye(relief, view) / np.maximum(D, 1e-9))
-        return limit(priorities(relief, spacings, tilt), R, m)
-
     found = np.stack([limit(unseen, R, angle) for angle in angles])
     if relief.amplitude > 0:
-        found[0] = _fixed_point(seen, found[0])
+        eye = view.camera.eye
+        height = max(float(eye[2] - relief.height(view.camera.corner, eye[None, :2])[0]), 0.0)
+        # Distances at which ground just as far away has its limit: the tilt falls as they rise.
+        for _ in range(_ROUNDS):
+            tilt = seen_tilt(relief, spacings, height / np.maximum(found[0], 1e-9))
+            found[0] = np.sqrt(found[0] * limit(priorities(relief, spacings, tilt), R, m))
     if view.conditions is not None and view.metric.finite:
         contrast = np.full(len(R), GROUND_CONTRAST)
         pairs = zip(found, angles, strict=True)
@@ -270,21 +268,7 @@ def limits(relief: Relief, spacings: Reals, view: View) -> tuple[Reals, Reals, R
 
 
 def _wavelengths(relief: Relief, spacings: Reals) -> Reals:
-    """Wavelength of the bumps that each spacing adds, (l,) [m]."""
     return np.minimum(2 * spacings, relief.wavelength)
-
-
-def _height_of_eye(relief: Relief, view: View) -> float:
-    """Height of the eye above the ground under it, at least 0 [m]."""
-    camera = view.camera
-    return max(float(camera.eye[2] - relief.height(camera.corner, camera.eye[None, :2])[0]), 0.0)
-
-
-def _fixed_point(limit: Callable[[Reals], Reals], D: Reals) -> Reals:
-    """Distances at which ground just as far away has its limit: the tilt falls as they rise."""
-    for _ in range(_ROUNDS):
-        D = np.sqrt(D * limit(D))
-    return D
 
 
 COLUMN_PX = 6.0
@@ -301,13 +285,14 @@ Below it the eye looks up or down too steeply for columns.
 """
 
 
-class Columns(NamedTuple):
-    """Elevation of the ground's horizon by direction and distance on the map.
+class Horizon(NamedTuple):
+    """Elevation of the ground's horizon by direction and distance on the map, column by column.
 
     axes (2, 2)  unit vectors on the map, ahead and to the right
     first, step  angle to the right of the first column, and between columns [rad]
     ranges (k,)  distances on the map, ascending [m]
     rise (c, k)  largest tangent of elevation of the ground no farther than each range
+    margin       tangent by which a tile must end below it to be hidden
     """
 
     axes: np.ndarray
@@ -315,18 +300,7 @@ class Columns(NamedTuple):
     step: float
     ranges: np.ndarray
     rise: np.ndarray
-
-
-@dataclass(frozen=True, eq=False)
-class Horizon:
-    """The horizon of a view; a tile must end below it by a tangent of ``margin`` to be hidden."""
-
-    columns: Columns
     margin: float
-
-    def hides(self, view: View, low: Points, high: Points) -> np.ndarray:
-        """Whether the ground hides each box, from its corner ``low`` to ``high`` (n, 3), (n,)."""
-        return _hidden(low, high, view.camera.eye, self.columns, self.margin)
 
 
 def horizon(relief: Relief, view: View, reach: float) -> Horizon | None:
@@ -353,7 +327,7 @@ def horizon(relief: Relief, view: View, reach: float) -> Horizon | None:
     lowest = smooth.reshape(-1, count).T - relief.likely_below(shortest)
     rise = (lowest - view.camera.eye[2]) / ranges
     rise = np.maximum.accumulate(rise, axis=1)
-    return Horizon(Columns(axes, first, step, ranges, rise), view.m_offscreen)
+    return Horizon(axes, first, step, ranges, rise, view.m_offscreen)
 
 
 def _span(view: View) -> tuple[np.ndarray, float, float] | None:
@@ -417,9 +391,9 @@ def _outside(low, high, ways, eye, inward, margin):  # type: ignore[no-untyped-d
 
 
 @njit(cache=True)
-def _hidden(low, high, eye, columns, margin):  # type: ignore[no-untyped-def]
-    """Whether boxes end below the horizon of all columns that they span, (n,)."""
-    axes, first, step, ranges, rise = columns
+def below_horizon(low, high, eye, horizon):  # type: ignore[no-untyped-def]
+    """Tell whether boxes from ``low`` to ``high`` (n, 3) end below the horizon all along, (n,)."""
+    axes, first, step, ranges, rise, margin = horizon
     hidden = np.zeros(len(low), np.bool_)
     last = first + step * (len(rise) - 1)
     for i in range(len(low)):

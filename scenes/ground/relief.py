@@ -16,9 +16,8 @@ import numpy as np
 from jaxtyping import Float64
 from numba import njit
 
-from lod.arrays import Points, Reals, frozen
+from lod.arrays import Reals, frozen
 from lod.camera import STEP_M, Corner
-from lod.errors import InputError
 from scenes.noise import (
     NOISE_BOUND,
     NOISE_MAX_SLOPE,
@@ -74,21 +73,6 @@ class Relief:
     hurst: float
     ridged: bool = False
     lacunarity: float = 2.0
-
-    def __post_init__(self) -> None:
-        if not (math.isfinite(self.amplitude) and self.amplitude >= 0):
-            raise InputError("terrain.amplitude", self.amplitude, "finite, at least 0 m", "try 30")
-        if not 0 < self.hurst <= 1:
-            raise InputError("terrain.hurst", self.hurst, "above 0, at most 1", "try 0.95")
-        if not 1.5 <= self.lacunarity <= 4:
-            raise InputError("terrain.lacunarity", self.lacunarity, "from 1.5 to 4", "try 2")
-        if not (math.isfinite(self.wavelength) and 1 <= self.wavelength <= 2**24):
-            raise InputError("terrain.wavelength", self.wavelength, "1 m to 2^24 m", "try 2048")
-        if 2 ** round(math.log2(self.wavelength)) != self.wavelength:
-            nearest = 2 ** round(math.log2(self.wavelength))
-            raise InputError(
-                "terrain.wavelength", self.wavelength, "a power of two [m]", f"try {nearest}"
-            )
 
     @cached_property
     def wavelengths(self) -> Reals:
@@ -210,13 +194,9 @@ def _shortest_relevant(radius: Reals) -> Reals:
     return np.asarray(2.0 ** np.ceil(np.log2(NOISE_MAX_SLOPE / NOISE_BOUND * radius)))
 
 
-def unit_normals(slopes: Float64[np.ndarray, "n 2"]) -> Points:
-    """Upward unit normals of a surface with these slopes along x and y, (n, 3)."""
-    return np.asarray(_unit_normals(slopes))
-
-
 @njit(cache=True, nogil=True)
-def _unit_normals(slopes: np.ndarray) -> np.ndarray:
+def unit_normals(slopes: np.ndarray) -> np.ndarray:
+    """Upward unit normals of a surface with these slopes (n, 2) along x and y, (n, 3)."""
     up = np.empty((len(slopes), 3))
     for i in range(len(slopes)):
         x, y = -slopes[i, 0], -slopes[i, 1]

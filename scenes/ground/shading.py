@@ -82,31 +82,6 @@ _LEAST_FACING = 0.05
 _ROOT_2PI = math.sqrt(2 * math.pi)
 
 
-def seen_facets(
-    slopes: Float64[np.ndarray, "n 2"], variance: Reals, to_eye: Points, to_sun: np.ndarray | None
-) -> tuple[Points, Reals]:
-    """Unit normals (n, 3) of rough ground, and factors on its light, (n,).
-
-    slopes     of the ground that is drawn
-    variance   of the slopes that are left out, on each axis
-    to_eye     way to the eye [m]
-    to_sun     unit vector to the sun (3,); None: no facet counts as unlit
-    """
-    sun = np.zeros(3) if to_sun is None else np.asarray(to_sun, np.float64)
-    return _seen_facets(slopes, variance, to_eye, sun)
-
-
-def seen_slopes(
-    slopes: Float64[np.ndarray, "n 2"], variance: Reals, share: Reals, to_eye: Points
-) -> tuple[Float64[np.ndarray, "n 2"], Reals]:
-    """Mean of the slopes that the eye sees, (n, 2), and their mean variance on an axis, (n,).
-
-    slopes, variance  of the ground that is drawn, and on each axis of those that are left out
-    share             part of the variance whose slopes are asked for; the others are left out
-    """
-    return _seen_slopes(slopes, variance, share, to_eye)
-
-
 def cavity_albedo(albedo: Points, share: Reals) -> Points:
     """Albedo of rough ground whose facets (n, 3) exchange light, by the share (n,) that escapes."""
     kept = share[:, None]
@@ -139,7 +114,13 @@ def _seen(sx, sy, sigma, x, y, z):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def _seen_slopes(slopes, variance, share, to_eye):  # type: ignore[no-untyped-def]
+def seen_slopes(slopes, variance, share, to_eye):  # type: ignore[no-untyped-def]
+    """Mean of the slopes that the eye sees, (n, 2), and their mean variance on an axis, (n,).
+
+    slopes (n, 2), variance (n,)  of the ground that is drawn, and on each axis of those left out
+    share (n,)   part of the variance whose slopes are asked for; the others are left out
+    to_eye (n, 3)  way to the eye [m]
+    """
     mean, spread = slopes.copy(), share * variance
     for i in range(len(slopes)):
         if variance[i] < _SMOOTH:
@@ -166,7 +147,13 @@ def _turned(nx, ny, nz, x, y, z, cosine):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def _seen_facets(slopes, variance, to_eye, sun):  # type: ignore[no-untyped-def]
+def seen_facets(slopes, variance, to_eye, sun):  # type: ignore[no-untyped-def]
+    """Unit normals (n, 3) of rough ground, and factors on its light, (n,).
+
+    slopes (n, 2), variance (n,)  of the ground that is drawn, and on each axis of those left out
+    to_eye (n, 3)  way to the eye [m]
+    sun            unit vector to the sun (3,); 0: no facet counts as unlit
+    """
     normals, share = np.empty((len(slopes), 3)), np.ones(len(slopes))
     sun_flat = math.hypot(sun[0], sun[1])
     for i in range(len(slopes)):
@@ -373,7 +360,7 @@ class GroundInView:
 
     spacings, limit (l,)  of each level: spacing of the mesh, and limit distance in view [m]
     materials, aggregate_cover  materials of the ground, and what undisplayed objects leave on it
-    to_sun   unit vector to the sun (3,); None: no sun
+    to_sun   unit vector to the sun (3,); 0: no sun
     """
 
     view: View
@@ -382,7 +369,7 @@ class GroundInView:
     limit: Reals
     materials: GroundMaterials
     aggregate_cover: AggregateCover | None
-    to_sun: np.ndarray | None
+    to_sun: np.ndarray
 
 
 def morph_fraction(ground: GroundInView, d: Reals, level: Ints) -> Reals:

@@ -64,13 +64,6 @@ class StandField(NamedTuple):
     none: float
 
 
-class Ray(NamedTuple):
-    """A ray from a point [m] along a direction, (3,) each."""
-
-    origin: np.ndarray
-    direction: np.ndarray
-
-
 def stand_field(
     tables: Sequence[StickTable], densities: Reals, cell: float | None = None
 ) -> StandField:
@@ -98,11 +91,10 @@ def stand_field(
 
 def stick_extent(table: StickTable) -> tuple[float, float, float]:
     """Find the radius about its axis that an object is within, its lowest and highest [m]."""
-    radius = np.maximum(table.start_radius, table.end_radius)
-    ends = ((each, radius) for each in (table.start, table.end))
-    rows = [(np.hypot(p[:, 0], p[:, 1]) + r, p[:, 2] - r, p[:, 2] + r) for p, r in ends]
-    away, low, high = (np.concatenate(each) for each in zip(*rows, strict=True))
-    return float(away.max()), float(low.min()), float(high.max())
+    radius = np.tile(np.maximum(table.start_radius, table.end_radius), 2)
+    x, y, z = table.spheres[0].T
+    away = np.hypot(x, y) + radius
+    return float(away.max()), float((z - radius).min()), float((z + radius).max())
 
 
 CROWDED = 16.0
@@ -149,7 +141,6 @@ def intersect_stand(stand, number, origin, v):  # type: ignore[no-untyped-def]
     elif not stand.low <= origin[2] <= stand.top:
         end = -1.0
     nearest, row, normal = NOTHING, -1, np.zeros(3)
-    ray = Ray(origin, v)
     if begin >= end:
         return nearest, row, normal
     cell, step = np.empty(2, np.int64), np.empty(2, np.int64)
@@ -166,7 +157,7 @@ def intersect_stand(stand, number, origin, v):  # type: ignore[no-untyped-def]
     while True:
         for x in range(low_x, high_x + 1):
             for y in range(low_y, high_y + 1):
-                nearest, row = _intersect_cell(stand, number, (x, y), ray, nearest, row, normal)
+                nearest, row = _intersect_cell(stand, number, x, y, origin, v, nearest, row, normal)
         axis = 0 if next_t[0] < next_t[1] else 1
         if min(nearest, end) <= next_t[axis]:
             return nearest, row, normal
@@ -180,13 +171,11 @@ def intersect_stand(stand, number, origin, v):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _intersect_cell(stand, number, cell, ray, nearest, row, normal):  # type: ignore[no-untyped-def]
+def _intersect_cell(stand, number, x, y, origin, v, nearest, row, normal):  # type: ignore[no-untyped-def]
     """Distance and stick that a ray meets first among ``nearest``, ``row`` and a cell's objects.
 
     The normal there is written to ``normal``.
     """
-    x, y = cell
-    origin, v = ray.origin, ray.direction
     bits = lattice_bits(lattice_bits(_SEED, number, 0), x, y)
     for each in range(_poisson_count(stand, unit_float(bits))):
         px = (x + unit_float(lattice_bits(bits, each, 0))) * stand.cell
@@ -252,14 +241,6 @@ _LINES_PER_THREAD = 64
 """Number of lines for which another thread is worth its start."""
 
 
-class LitStand(NamedTuple):
-    """A stand in layers, the albedo (k, 3) of every stick of its prototypes, and its light."""
-
-    layers: tuple[StandField, ...]
-    albedo: np.ndarray
-    light: SunAndSky
-
-
 class LineSamples(NamedTuple):
     """What n lines of sight see.
 
@@ -275,14 +256,6 @@ class LineSamples(NamedTuple):
     height: np.ndarray
     radiance: np.ndarray
     ground_bounce: np.ndarray
-
-
-class _PathPoint(NamedTuple):
-    """A point on a path of light, the outward normal there, and the albedo so far, (3,) each."""
-
-    point: np.ndarray
-    normal: np.ndarray
-    weight: np.ndarray
 
 
 def randoms_per_path(max_depth: int) -> int:
@@ -314,10 +287,10 @@ def trace_lines(
     """
     e = math.radians(depression_deg)
     direction = np.array((math.cos(e), 0.0, math.sin(e)))
-    lit = LitStand(layers, albedo, light)
 
     def run(begin: int, end: int) -> tuple[np.ndarray, ...]:
-        found: tuple[np.ndarray, ...] = _trace(lit, direction, randoms[begin:end], first + begin)
+        where = direction, randoms[begin:end], first + begin
+        found: tuple[np.ndarray, ...] = _trace(layers, albedo, light, *where)
         return found
 
     found = map_chunks(run, len(randoms), _LINES_PER_THREAD)
@@ -325,71 +298,67 @@ def trace_lines(
 
 
 @njit(cache=True, nogil=True)
-def _trace(lit, direction, randoms, first):  # type: ignore[no-untyped-def]
+def _trace(layers, albedo, light, direction, randoms, first):  # type: ignore[no-untyped-def]
     """Columns of LineSamples for the lines of stands ``first`` and on; ``direction`` is upward."""
-    n, turns = len(randoms), len(lit.light.azimuth)
+    n, turns = len(randoms), len(light.azimuth)
     stick, height = np.full(n, GROUND), np.zeros(n)
     radiance, bounce = np.zeros((n, turns, 3)), np.zeros((n, turns, 3))
     up, white = np.array((0.0, 0.0, 1.0)), np.ones(3)
     top = 0.0
-    for layer in lit.layers:
+    for layer in layers:
         top = max(top, layer.top)
     above = (top + 1.0) / direction[2]
     for i in range(n):
-        t, k, normal = intersect_layers(lit.layers, first + i, above * direction, -direction)
+        t, k, normal = intersect_layers(layers, first + i, above * direction, -direction)
         on_stick = k >= 0 and t < above
         if on_stick:
             p = (above - t) * direction
             stick[i], height[i] = k, p[2]
-            start = _PathPoint(p, normal, lit.albedo[k].copy())
+            start = p, normal, albedo[k].copy()
         else:
-            start = _PathPoint(np.zeros(3), up, white)
-        _follow_path(lit, first + i, start, on_stick, randoms[i], radiance[i], bounce[i])
+            start = np.zeros(3), up, white
+        into = radiance[i], bounce[i]
+        _follow_path(layers, albedo, light, first + i, start, on_stick, randoms[i], into)
     return stick, height, radiance, bounce
 
 
 @njit(cache=True)
-def _follow_path(lit, number, start, may_touch, randoms, radiance, bounce):  # type: ignore[no-untyped-def]
-    """Add light that reaches the eye by way of a point to ``radiance``, (t, 3).
+def _follow_path(layers, albedo, light, number, start, may_touch, randoms, found):  # type: ignore[no-untyped-def]
+    """Add light that reaches the eye by way of a point to the first of ``found``, (t, 3) each.
 
+    start  the point, the outward normal there, and the albedo so far, (3,) each
     Where the path ``may_touch`` the ground it does so once, and what comes by way of it is added to
-    ``bounce`` (t, 3) instead.
+    the second instead.
     """
-    p, normal, weight = start.point, start.normal, start.weight
-    into, side = radiance, 1.0 if number % 2 else -1.0
+    p, normal, weight = start
+    into, side = found[0], 1.0 if number % 2 else -1.0
     for turn in range(len(randoms) // 2):
         q = p + _OFFSET_M * normal
-        _add_sun(lit, number, side, _PathPoint(q, normal, weight), into)
+        # The sun, where no stick is before it, for every azimuth.
+        for k in range(len(light.azimuth)):
+            x, y, z = light.to_sun[k]
+            to_sun = np.array((x, side * y, z))
+            facing = (normal * to_sun).sum() / z
+            if facing > 0 and intersect_layers(layers, number, q, to_sun)[1] < 0:
+                into[k] += weight * light.sun * facing
         v = cosine_direction(normal, randoms[2 * turn], randoms[2 * turn + 1])
-        t, k, met = intersect_layers(lit.layers, number, q, v)
+        t, k, met = intersect_layers(layers, number, q, v)
         ground = -q[2] / v[2] if v[2] < 0 else math.inf
         if k >= 0 and t < ground:
             p, normal = q + t * v, met
-            weight = weight * lit.albedo[k]
+            weight = weight * albedo[k]
         elif ground < math.inf:
             if not may_touch:
                 return
-            may_touch, into = False, bounce
+            may_touch, into = False, found[1]
             p, normal = q + ground * v, np.array((0.0, 0.0, 1.0))
         else:
-            _add_sky(lit.light, side, v, weight, into)
+            _add_sky(light, side, v, weight, into)
             return
 
 
 @njit(cache=True)
-def _add_sun(lit, number, side, at, into):  # type: ignore[no-untyped-def]
-    """Add the sun's light at a point, where no stick is before the sun, for every azimuth."""
-    for turn in range(len(lit.light.azimuth)):
-        x, y, z = lit.light.to_sun[turn]
-        to_sun = np.array((x, side * y, z))
-        facing = (at.normal * to_sun).sum() / z
-        if facing > 0 and intersect_layers(lit.layers, number, at.point, to_sun)[1] < 0:
-            into[turn] += at.weight * lit.light.sun * facing
-
-
-@njit(cache=True)
 def _add_sky(light, side, v, weight, into):  # type: ignore[no-untyped-def]
-    """Add the light of the cell of the sky in direction v, for every azimuth of the sun."""
     rises, turns = light.sky.shape[:2]
     row = min(int(v[2] * rises), rises - 1)
     for turn in range(len(light.azimuth)):
@@ -464,7 +433,6 @@ def measure_stand(
 def _measured(
     bare: Bare, densities: list[float], light: SunAndSky, max_depth: int, lines: int
 ) -> StandAppearance:
-    """Trace lines of sight from every depression, and take the means of what they meet."""
     layers, kind, colour = _layers(bare, densities)
     rng = np.random.Generator(np.random.Philox(0x57A4D))
     shape, species = (len(DEPRESSIONS_DEG), len(AZIMUTHS_DEG)), len(bare)

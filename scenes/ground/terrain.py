@@ -30,6 +30,7 @@ from scenes.ground.quadtree import (
     Horizon,
     Squares,
     balance,
+    below_horizon,
     horizon,
     limits,
     outside_picture,
@@ -87,18 +88,9 @@ class Terrain:
     aggregate_cover: AggregateCover | None = None
     to_sun: tuple[float, float, float] | None = None
 
-    def __post_init__(self) -> None:
-        if not (math.isfinite(self.reach) and 16 <= self.reach <= 1e7):
-            raise InputError("terrain.reach", self.reach, "16 m to 1e7 m", "try 40000")
-        if not (2**-5 <= self.finest <= 1 and math.log2(self.finest).is_integer()):
-            raise InputError("terrain.finest", self.finest, "a power of two, 1/32 m to 1 m")
-        if self.cover not in GROUND_MATERIALS:
-            raise InputError("terrain.cover", self.cover, f"one of {', '.join(GROUND_MATERIALS)}")
-        _ = self.relief
-
     @cached_property
     def relief(self) -> Relief:
-        """The shape of the ground; raises InputError where its parameters make none."""
+        """The shape of the ground."""
         shape = self.amplitude, self.wavelength, self.hurst, self.ridged, self.lacunarity
         return Relief(self.seed, *shape)
 
@@ -180,7 +172,8 @@ class Terrain:
         hidden = hidden | outside_picture(view, low, likely)
         if grid.horizon is not None:
             rows = np.flatnonzero(~hidden)
-            hidden[rows] = grid.horizon.hides(view, low[rows], likely[rows])
+            eye = view.camera.eye
+            hidden[rows] = below_horizon(low[rows], likely[rows], eye, grid.horizon)
         inside, behind, outside, dim = (row[level] for row in grid.limits)
         return Parts(
             position=_nearest(view, low, high),
@@ -258,7 +251,7 @@ class Terrain:
             grid.limits[0],
             GROUND_MATERIALS[self.cover],
             self.aggregate_cover,
-            None if self.to_sun is None else np.array(self.to_sun),
+            np.zeros(3) if self.to_sun is None else np.array(self.to_sun),
         )
         unit = grid.root_side / 2.0**patches.deepest / QUADS
         return ground_mesh(ground, patches, (grid.west, grid.south), unit)
@@ -285,7 +278,6 @@ def tile_xy(part: Ints) -> tuple[Ints, Ints]:
 
 
 def _nearest(view: View, low: Points, high: Points) -> Points:
-    """Point of each box that is nearest to the eye, or of least depth for the metric ``depth``."""
     if view.metric.along_axis:
         return np.where(view.camera.forward >= 0, low, high)
     return np.clip(view.camera.eye, low, high)

@@ -35,6 +35,7 @@ from scenes.imported.part_tree import (
     node_settings,
     texture_colours,
 )
+from scenes.model_files.parameter_file import first_error
 
 MOST_JSON_BYTES = 2**24
 """Of a header at most: what it says is read into Python objects, some 30 times as large."""
@@ -138,7 +139,6 @@ def read_gltf(path: Path, sidecar: Sidecar) -> list[Node]:
 
 
 def _read_header(path: Path) -> tuple[dict[str, Any], bytes]:
-    """The JSON of a file, and the binary chunk of a .glb."""
     data, chunk = path.read_bytes(), b""
     if data[:4] == b"glTF":
         try:
@@ -180,9 +180,7 @@ def _checked(name: str, raw: dict[str, Any]) -> _Header:
     try:
         return _Header.model_validate(raw)
     except ValidationError as error:
-        first = error.errors(include_url=False)[0]
-        key = ".".join(map(str, first["loc"]))
-        raise InputError(f"{name}: {key}", first["input"], first["msg"]) from None
+        raise first_error(f"{name}: ", error) from None
 
 
 def _walk(name: str, header: _Header) -> list[tuple[int, int]]:
@@ -262,7 +260,6 @@ def _triangles(name: str, header: _Header, row: int) -> int:
 
 
 def _decode(path: Path, raw: dict[str, Any], chunk: bytes) -> list[list[dict[str, Any]]]:
-    """What trimesh makes of every primitive of every mesh."""
     from trimesh.exchange.gltf import load_gltf
 
     entries = raw.get("meshes", [])
@@ -322,7 +319,6 @@ def _fetch(path: Path, key: str, uri: str) -> bytes:
 
 
 def _local(where: str, entry: _Node) -> np.ndarray:
-    """Frame of a node in that above it."""
     if entry.matrix is not None:
         frame = np.array(entry.matrix, np.float64).reshape(4, 4).T
         check_frame(where, frame, "a flat matrix")

@@ -20,7 +20,7 @@ or lit. Ends show their meshes; far cover (``scenes.field.far_cover``) is worked
 sticks in their place, as thick as makes them cover, on average over directions, what the mesh does.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Float64
@@ -62,7 +62,7 @@ def imported_prototype(name: str, tree: PartTree) -> RiggedPrototype:
     tied = representative(tree.parent, P)
     position = box_middles(tree.parent, tree.meshes.vertex_owner, tree.meshes.vertices)[tied]
     origin = rig.frames()[0]
-    lengths = _lengths(tree, _Reach(joint, origin, rig.parent), position, P, tied, leaf)
+    lengths = _lengths(tree, rig, joint, position, P, tied, leaf)
     contrast = part_contrast(tree.parent, leaf, tints)[tied]
     local = np.concatenate((np.zeros((1, 3)), origin))
     on = joint[leaf.owner]
@@ -277,7 +277,6 @@ def _areas(corners, begin, end, directions):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def _covered(x, y, grid):  # type: ignore[no-untyped-def]
-    """Area that triangles cover, three corners each in a row."""
     low_x, low_y = x.min(), y.min()
     side = max(x.max() - low_x, y.max() - low_y)
     cell = side / CELLS
@@ -305,39 +304,24 @@ def _covered(x, y, grid):  # type: ignore[no-untyped-def]
     return grid.sum() * cell * cell
 
 
-@dataclass(frozen=True, eq=False)
-class _Reach:
-    """How far things can be from points, for parts whose joints are known.
-
-    joint (n,)   that each part rides on; origin (j, 3) of joints at rest [m]; above (j,) joint
-    """
-
-    joint: np.ndarray
-    origin: np.ndarray
-    above: np.ndarray
-
-    def farthest(
-        self, row: int, place: np.ndarray, other: int, points: Points, radii: Reals
-    ) -> float:
-        """Bound the distance from ``place`` (3,) on the joint of part ``row`` to spheres [m].
-
-        They are at ``points`` (k, 3) as the object rests and ride on the joint of part ``other``,
-        which is the same or hangs on it.
-        """
-        joint, here, way = int(self.joint[other]), int(self.joint[row]), 0.0
-        at = points
-        while joint != here:
-            origin = self.origin[joint]
-            way += float((np.linalg.norm(at - origin, axis=1) + radii).max())
-            at, radii = origin[None], np.zeros(1)
-            joint = int(self.above[joint])
-        return way + float((np.linalg.norm(at - place, axis=1) + radii).max())
-
-
 def _lengths(
-    tree: PartTree, reach: _Reach, position: Points, P: Reals, tied: Ints, leaf: StickTable
+    tree: PartTree, rig: Rig, joint: Ints, position: Points, P: Reals, tied: Ints, leaf: StickTable
 ) -> tuple[Reals, Reals, Reals, Reals]:
-    """P, R, B and separation of every part, (n,) each [m]."""
+    origins, above_it = rig.frames()[0], rig.parent
+
+    def farthest(row: int, other: int, points: Points, radii: Reals) -> float:
+        """Bound the distance from the place of part ``row`` to spheres of part ``other`` [m].
+
+        They are at ``points`` (k, 3) as the object rests and ride on the joint of ``other``, which
+        is the part itself or hangs on it.
+        """
+        at, way, on = points, 0.0, int(joint[other])
+        while on != joint[row]:
+            origin = origins[on]
+            way += float((np.linalg.norm(at - origin, axis=1) + radii).max())
+            at, radii, on = origin[None], np.zeros(1), int(above_it[on])
+        return way + float((np.linalg.norm(at - position[row], axis=1) + radii).max())
+
     n, parent, meshes = len(tree), tree.parent, tree.meshes
     own, R, separation = np.zeros(n), np.zeros(n), np.zeros(n)
     for row in range(n):
@@ -347,12 +331,11 @@ def _lengths(
         radii = np.zeros(len(corners)), leaf.start_radius[sticks], leaf.end_radius[sticks]
         points = np.concatenate((corners, leaf.start[sticks], leaf.end[sticks]))
         spheres = points, np.concatenate(radii)
-        own[row] = reach.farthest(row, position[row], row, *spheres)
+        own[row] = farthest(row, row, *spheres)
         R[row] = max(R[row], own[row])
         above = int(parent[row])
         if above >= 0:
-            R[above] = max(R[above], reach.farthest(above, position[above], row, *spheres))
-            middle = position[row][None], np.zeros(1)
-            separation[row] = reach.farthest(above, position[above], row, *middle)
+            R[above] = max(R[above], farthest(above, row, *spheres))
+            separation[row] = farthest(above, row, position[row][None], np.zeros(1))
     B = bounds_of_all_below(parent, own, separation)
     return max_over_tied(P, tied), max_over_tied(R, tied), B, separation

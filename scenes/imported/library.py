@@ -21,8 +21,8 @@ from scenes.imported.part_tree import (
     MESH_COLUMNS,
     OWN_COLUMNS,
     PartTree,
+    Sidecar,
     build_tree,
-    read_sidecar,
 )
 from scenes.imported.usd import read_usd
 from scenes.model_files.names import (
@@ -32,6 +32,7 @@ from scenes.model_files.names import (
     user_model_names,
     user_model_path,
 )
+from scenes.model_files.parameter_file import read_model_file
 from scenes.processes.cache import kept
 
 FORMAT = 1
@@ -68,35 +69,30 @@ def unpack(data: bytes, where: str) -> PartTree:
 
 def read_model(path: Path) -> PartTree:
     """Read a scene file and the table beside it; raises InputError for all that is wrong."""
-    try:
-        return _read_model(path)
-    except InputError as error:
-        if error.cure:
-            raise
-        cure = "mend it in the program that made the scene, and export it again"
-        raise InputError(error.where, error.arrived, error.rule, cure) from None
-
-
-def _read_model(path: Path) -> PartTree:
     where = str(path)
-    if not is_model_file(where):
-        rule = f"a file that ends in {', '.join(SUFFIXES)}"
-        raise InputError(where, path.suffix, rule, "export the scene as one of these")
     try:
+        if not is_model_file(where):
+            rule = f"a file that ends in {', '.join(SUFFIXES)}"
+            raise InputError(where, path.suffix, rule, "export the scene as one of these")
         if not path.is_file():
             rule = "the path of a file that is there"
             raise InputError(where, path.name, rule, "see how it is spelt")
         if path.stat().st_size == 0:
             raise InputError(where, "0 bytes", "a scene file", "it is empty: export it again")
-        sidecar = read_sidecar(path)
+        beside = path.with_name(f"{path.name}.toml")
+        sidecar = read_model_file(beside, Sidecar, {}) if beside.is_file() else Sidecar()
         read = read_gltf if path.suffix.lower() in (".gltf", ".glb") else read_usd
-        nodes = read(path, sidecar)
+        return build_tree(path.name, read(path, sidecar), sidecar)
+    except InputError as error:
+        if error.cure:
+            raise
+        cure = "mend it in the program that made the scene, and export it again"
+        raise InputError(error.where, error.arrived, error.rule, cure) from None
     except ModuleNotFoundError as error:
         rule, cure = f"needs {error.name}", "pip install 'lodbench[models]'"
         raise InputError(where, path.suffix, rule, cure) from None
     except OSError as error:
         raise InputError(where, path.name, "a file that can be read", str(error.strerror)) from None
-    return build_tree(path.name, nodes, sidecar)
 
 
 def user_model(name: str) -> PartTree:

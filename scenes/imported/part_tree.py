@@ -11,7 +11,6 @@ import io
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
@@ -21,7 +20,7 @@ from pydantic import BaseModel, Field, ValidationError
 from lod.arrays import ArrayData, FloatArray, IntArray
 from lod.errors import InputError
 from lod.shapes import Mesh, MeshTable, triangle_areas
-from scenes.model_files.parameter_file import CLOSED, read_model_file
+from scenes.model_files.parameter_file import CLOSED, first_error
 
 MOST_NODES, MOST_TRIANGLES = 50_000, 2_000_000
 """Nodes and triangles of one model at most: what a process can hold, prune and measure."""
@@ -140,12 +139,6 @@ class PartTree(ArrayData):
         return columns | {name: getattr(self.meshes, name) for name in MESH_COLUMNS}
 
 
-def read_sidecar(model: Path) -> Sidecar:
-    """Read the table beside a model; an empty one where there is none."""
-    file = model.with_name(f"{model.name}.toml")
-    return read_model_file(file, Sidecar, {}) if file.is_file() else Sidecar()
-
-
 def node_settings(where: str, attributes: Mapping[str, Any]) -> NodeSettings:
     """Read the settings of a node from the attributes of its file; others are not looked at."""
     ours = {
@@ -154,9 +147,7 @@ def node_settings(where: str, attributes: Mapping[str, Any]) -> NodeSettings:
     try:
         return NodeSettings.model_validate_json(json.dumps(ours))
     except ValidationError as error:
-        first = error.errors(include_url=False)[0]
-        key = ".".join(map(str, first["loc"]))
-        raise InputError(f"{where} {PREFIX}{key}", first["input"], first["msg"]) from None
+        raise first_error(f"{where} {PREFIX}", error) from None
     except (TypeError, ValueError) as error:
         raise InputError(where, "attributes", f"plain numbers and lists ({error})") from None
 
@@ -181,6 +172,13 @@ def check_frame(where: str, frame: np.ndarray, scale: object) -> None:
         raise InputError(where, "a place that is no number", "places and scales are finite")
     if abs(np.linalg.det(frame[:3, :3])) < 1e-30:
         raise InputError(where, scale, "a scale above or below 0 along every axis")
+
+
+def check_rows(where: str, rows: np.ndarray, count: int) -> None:
+    """Raise InputError where triangles name other rows than those of ``count`` vertices."""
+    if len(rows) and (rows.min() < 0 or rows.max() >= count):
+        arrived = int(rows.max() if rows.max() >= count else rows.min())
+        raise InputError(where, arrived, f"faces name vertices, 0 to {count - 1}")
 
 
 def build_tree(source: str, nodes: Sequence[Node], sidecar: Sidecar) -> PartTree:
@@ -298,7 +296,6 @@ def _tree(
 
 
 def _check_size(where: str, meshes: MeshTable) -> None:
-    """Refuse a model so small, so large or so far off that its units must be wrong."""
     low, high = meshes.vertices.min(axis=0), meshes.vertices.max(axis=0)
     longest = float((high - low).max())
     if not SMALLEST_M <= longest <= LARGEST_M:
@@ -338,9 +335,7 @@ def checked_mesh(
         raise InputError(where, point, f"vertices are finite (vertex {int(wrong[0])} is not)")
     if len(faces) == 0:
         raise InputError(where, "no triangles", "a mesh has triangles", "take the node out")
-    if faces.min() < 0 or faces.max() >= len(vertices):
-        arrived = int(faces.max() if faces.max() >= len(vertices) else faces.min())
-        raise InputError(where, arrived, f"faces name vertices, 0 to {len(vertices) - 1}")
+    check_rows(where, faces, len(vertices))
     if not np.isfinite(colours).all() or colours.min() < 0 or colours.max() > 1:
         raise InputError(where, "an albedo outside 0 to 1", "colours are linear, from 0 to 1")
     areas = triangle_areas(vertices, faces)

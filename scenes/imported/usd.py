@@ -23,6 +23,7 @@ from scenes.imported.part_tree import (
     Sidecar,
     check_frame,
     check_node_count,
+    check_rows,
     check_triangle_count,
     checked_mesh,
     moved,
@@ -175,7 +176,6 @@ def _node(
 
 
 def _plain(value: Any) -> Any:
-    """A value of USD as a plain number, text or list."""
     try:
         return [float(each) for each in value] if not isinstance(value, str) else value
     except TypeError:
@@ -197,9 +197,7 @@ def _read_mesh(where: str, mesh: "UsdGeom.Mesh") -> Mesh:
     if counts.sum() != len(corners):
         rule = f"as many corners as its faces have, {int(counts.sum())}"
         raise InputError(where, f"{len(corners)} corners", rule, "export it again")
-    if len(corners) and (corners.min() < 0 or corners.max() >= len(points)):
-        arrived = int(corners.max() if corners.max() >= len(points) else corners.min())
-        raise InputError(where, arrived, f"faces name vertices, 0 to {len(points) - 1}")
+    check_rows(where, corners, len(points))
     # Fans: rows of the corners of each triangle (t, 3).
     triangles = np.maximum(counts - 2, 0)
     face = np.repeat(np.arange(len(counts)), triangles)
@@ -265,7 +263,6 @@ def _colours(
 
 
 def _material_colour(where: str, material: Any) -> np.ndarray | bytes | None:
-    """Diffuse colour of a UsdPreviewSurface, or the bytes of its texture; None for no colour."""
     from pxr import Ar, UsdShade
 
     surface = material.ComputeSurfaceSource()[0]

@@ -22,6 +22,13 @@ _UNKNOWN_KEY = ("unexpected_keyword_argument", "extra_forbidden")  # of a datacl
 T = TypeVar("T")
 
 
+def first_error(where: str, error: ValidationError) -> InputError:
+    """Return the first thing that is wrong, as Pydantic says it; ``where`` goes before its key."""
+    first = error.errors(include_url=False)[0]
+    key = ".".join(map(str, first["loc"]))
+    return InputError(f"{where}{key}", first["input"], first["msg"])
+
+
 def read_model_file(file: Traversable, kind: type[T], given: Mapping[str, Any]) -> T:
     """Read a ``kind`` from a TOML file, and from values ``given`` by the program.
 

@@ -96,7 +96,7 @@ def at_rest(prototype: RiggedPrototype) -> RiggedPrototype:
     if prototype.motion.stride == 0:
         return prototype
     still, tilts = rest_motion(prototype.rig), prototype.motion.tilts
-    return prototype.with_motion(replace(still, feet=rest_feet(prototype), tilts=tilts))
+    return replace(prototype, motion=replace(still, feet=rest_feet(prototype), tilts=tilts))
 
 
 PROTOTYPE_SEED = 0

@@ -112,7 +112,6 @@ def octree_prototype(name: str, solid: Solid, tints: Float64[np.ndarray, "t 3"])
 
 
 def _cells(solid: Solid, level: int) -> _Cells:
-    """Cells of a level that are kept; level 0 is the whole cube."""
     s = len(solid.within)
     blocks = 2**level
     matter = solid.within.astype(np.float64)
@@ -140,7 +139,6 @@ def _cells(solid: Solid, level: int) -> _Cells:
 
 
 def _sums(values: Float64[np.ndarray, "s s s"], blocks: int) -> Float64[np.ndarray, "b b b"]:
-    """Sums of voxel values over blocks³ equal cubes."""
     size = len(values) // blocks
     return values.reshape(blocks, size, blocks, size, blocks, size).sum(axis=(1, 3, 5))
 
@@ -186,8 +184,6 @@ _STREAM = 0xB01D
 @lru_cache(maxsize=16)
 def boulder_prototypes(seed: int, count: int) -> tuple[Prototype, ...]:
     """Make ``count`` boulders; the k-th depends on the seed and on k only."""
-    if count < 1:
-        raise InputError("species.boulder.prototypes", count, "at least one prototype")
     return tuple(
         octree_prototype(f"boulder {k}", boulder_solid(seed, k), TINTS) for k in range(count)
     )
@@ -289,7 +285,6 @@ def _axis_stick(low: float, high: float, radius: float, tint: int) -> Stick:
 
 
 def _ring_point(k: float, count: int, radius: float, z: float) -> tuple[float, float, float]:
-    """A point of a ring of ``count`` about the axis."""
     turn = 2 * np.pi * k / count
     return float(radius * np.cos(turn)), float(radius * np.sin(turn)), z
 

@@ -370,7 +370,6 @@ class Dust(ParticleSystem):
         return _above_ground(puffs, row, flat, up), area
 
     def _grains(self, puffs: Puffs, row: Ints, wisp: Ints, grain: Ints) -> tuple[Points, Reals]:
-        """Places of grains (m, 3) [m], and the area of each over a full one, (m,)."""
         flat, up, squash, area = self._wisp_states(puffs, row, wisp)
         number = 1 + WISPS + wisp * GRAINS + grain
         at = points_in_ball(self._units(puffs.key[row], puffs.footfall[row], number))

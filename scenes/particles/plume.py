@@ -14,7 +14,6 @@ from jaxtyping import Float64
 
 from lod.arrays import Ints, Points, Reals
 from lod.camera import GRID_M, Corner
-from lod.errors import InputError
 from lod.hierarchy import Hierarchy
 from lod.pruner import Parts
 from lod.shapes import Sticks, Triangles
@@ -62,7 +61,8 @@ _SOOT = 0.04
 class PlumeKind:
     """Numbers of one kind of plume; lengths are of a plume of size 1.
 
-    rate       puffs born in a second; life_s: longest life of one [s]
+    rate       puffs born in a second, so many that one at least is always alive
+    life_s     longest life of one [s]
     particles  in a puff, a multiple of PARTICLES_PER_BALL
     height     to which a puff rises in its life [m]; lean: how far the wind takes it meanwhile [m]
     mouth      radius in which puffs are born [m]; wander: radius of their winding at the end [m]
@@ -86,15 +86,6 @@ class PlumeKind:
     stretch: float
     colours: tuple[tuple[float, float, float], ...]
     glows: bool = False
-
-    def __post_init__(self) -> None:
-        if self.particles % PARTICLES_PER_BALL or self.particles < PARTICLES_PER_BALL:
-            raise InputError("particles", self.particles, f"a multiple of {PARTICLES_PER_BALL}")
-        if not (self.grain > 0 and self.stretch >= 1):
-            raise InputError("grain, stretch", (self.grain, self.stretch), "above 0; 1 or more")
-        if not self.rate * self.life_s * SHORTEST_LIFE >= 2:
-            rule = "births a second such that one puff at least is always alive"
-            raise InputError("rate", self.rate, rule, f"try {4 / self.life_s:.3g}")
 
 
 SMOKE = PlumeKind(
@@ -163,10 +154,6 @@ class Plume(ParticleSystem):
     ground: Ground
     size: float = 1.0
     azimuth_deg: float = 60.0
-
-    def __post_init__(self) -> None:
-        if not (math.isfinite(self.size) and self.size > 0):
-            raise InputError(f"{self.name}.size", self.size, "a size factor above 0")
 
     @cached_property
     def hierarchies(self) -> tuple[Hierarchy, ...]:
@@ -297,12 +284,10 @@ class Plume(ParticleSystem):
         return random_units(birth, number, np.full(len(birth), block), 0, self.seed, word)
 
     def _lifetimes(self, births: Ints, u: Float64[np.ndarray, "n 4"]) -> tuple[Reals, Reals]:
-        """Return the times of birth and lengths of life of puffs, (n,) each [s]."""
         lives = self.kind.life_s * (SHORTEST_LIFE + (1 - SHORTEST_LIFE) * u[:, 1])
         return (births + u[:, 0]) / self.kind.rate, lives
 
     def _base(self, corner: Corner) -> Float64[np.ndarray, "3"]:
-        """Return the point of the ground that it rises from, (3,) [m]."""
         xy = np.array([[self.x - corner.x * GRID_M, self.y - corner.y * GRID_M]])
         return np.append(xy[0], self.ground.height(corner, xy))
 

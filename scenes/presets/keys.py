@@ -103,7 +103,6 @@ def _entry(name: str, field: FieldInfo) -> KeyEntry:
 
 
 def _kind(annotation: Any) -> str:
-    """Say in words what values a type has."""
     origin, inner = get_origin(annotation), get_args(annotation)
     if origin is Annotated:
         return _kind(inner[0])
@@ -229,7 +228,6 @@ def _default(field: FieldInfo) -> str:
 
 
 def _field(location: Sequence[int | str]) -> FieldInfo | None:
-    """The field that a location names, if it names one."""
     model: type[BaseModel] = Preset
     field = None
     for step in location:

@@ -132,7 +132,6 @@ def _names_on_the_shelf() -> list[str]:
 
 
 def _find(name_or_path: str) -> tuple[str, str]:
-    """(what errors call it, text)."""
     if name_or_path.endswith(".toml") or "/" in name_or_path:
         return name_or_path, _read(name_or_path)
     names = _names_on_the_shelf()
@@ -193,7 +192,6 @@ def _plain(data: Any) -> Any:
 
 
 def _names(tables: Mapping[str, Any]) -> dict[str, list[str]]:
-    """The names chosen in every table of named tables."""
     found = {kind: tables.get(kind) for kind in NAMED}
     return {kind: list(each) for kind, each in found.items() if isinstance(each, Mapping)}
 
@@ -243,7 +241,8 @@ def _table(
     inner = {}
     for name, value in data.items():
         entry = entries.get(f"{known}.{name}".removeprefix("."))
-        if entry is None and _holds_tables(name, known, entries):
+        lead = f"{known}.{name}.".removeprefix(".")
+        if entry is None and any(each.startswith(lead) for each in entries):
             inner[name] = value
         else:
             yield _line(name, value, entry)
@@ -257,11 +256,6 @@ def _table(
             yield f"\n# [{below}] is absent."
         else:
             yield from _table(below, below, value, entries)
-
-
-def _holds_tables(name: str, known: str, entries: dict[str, KeyEntry]) -> bool:
-    lead = f"{known}.{name}.".removeprefix(".")
-    return any(each.startswith(lead) for each in entries)
 
 
 def _line(name: str, value: Any, entry: KeyEntry | None) -> str:

@@ -36,19 +36,21 @@ class Table(BaseModel):
 
 def key(
     about: str,
+    default: Any = ...,
     *,
     above: float | None = None,
     least: float | None = None,
     below: float | None = None,
     most: float | None = None,
-) -> FieldInfo:
-    """Declare a key's meaning and range; the description that errors quote is made from both."""
+) -> Any:
+    """Declare a key's meaning, default and range; errors quote a description of meaning and range.
+
+    Without a default the key is required.
+    """
     words = (("above", above), ("at least", least), ("below", below), ("at most", most))
     range_ = " and ".join(f"{word} {bound:.15g}" for word, bound in words if bound is not None)
-    info: FieldInfo = Field(
-        gt=above, ge=least, lt=below, le=most, title=about, description=range_ or None
-    )
-    return info
+    bounds: Any = {"gt": above, "ge": least, "lt": below, "le": most}
+    return Field(default, **bounds, title=about, description=range_ or None)
 
 
 def refuse(rule: str, cure: str = "", where: str = "") -> PydanticCustomError:

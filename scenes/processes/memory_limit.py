@@ -63,7 +63,6 @@ def free_bytes(cgroups: Path = _CGROUPS, own: Path = _OWN) -> int:
 
 
 def _left_of_groups(cgroups: Path, own: Path) -> Iterator[int]:
-    """Yield what is left of each group's limit, from the process's own group up to the root."""
     for line in _text(own).splitlines():
         _, controllers, path = line.split(":", 2)
         if controllers == "":

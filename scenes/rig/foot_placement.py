@@ -56,7 +56,6 @@ from scenes.rig.pose import (
     KEYS,
     LEGS,
     Instances,
-    PoseColumns,
     PoseTables,
 )
 from scenes.rig.rig import print_and_swing
@@ -95,7 +94,6 @@ class Placements(NamedTuple):
 
 def place_on_ground(pose_tables: PoseTables, heights: Heights, placements: Placements) -> Instances:
     """Place instances on the ground: heights of their bodies, and contacts of their feet."""
-    columns = pose_tables.columns
     # Read-only columns, with phases within one cycle and a contact detail for each.
     xy, cos, sin, prototype, phase, stride_factor, contact_detail = placements
     details = np.broadcast_to(contact_detail, len(prototype))
@@ -108,15 +106,16 @@ def place_on_ground(pose_tables: PoseTables, heights: Heights, placements: Place
         frozen(stride_factor, np.float64),
         frozen(details, np.int64),
     )
-    ground = frozen(heights(_contact_points(columns, where)), np.float64)
-    base, contacts = _place_bodies(columns, pose_tables.max_legs, where, ground)
-    facing = where.cos, where.sin
-    origin = np.column_stack((where.xy, base))
-    return Instances(origin, *facing, where.prototype, where.phase, contacts)
+    ground = frozen(heights(_contact_points(pose_tables, where)), np.float64)
+    base, contacts = _place_bodies(pose_tables, where, ground)
+    origin = frozen(np.column_stack((where.xy, base)), np.float64)
+    phase = frozen(where.phase - np.floor(where.phase), np.float64)  # what was rounded to 1 is 0
+    contacts = frozen(contacts, np.float64)
+    return Instances(origin, where.cos, where.sin, where.prototype, phase, contacts)
 
 
 @njit(cache=True)
-def _contact_points(tables: PoseColumns, where: Placements) -> np.ndarray:
+def _contact_points(tables: PoseTables, where: Placements) -> np.ndarray:
     """Points of the plan at which the ground's height is needed, (m, 2) [m].
 
     They are in the order of objects, their legs, the prints of a leg (two while it swings: the one
@@ -148,14 +147,12 @@ def _contact_points(tables: PoseColumns, where: Placements) -> np.ndarray:
 
 @njit(cache=True, inline="always")
 def _in_plan(where: Placements, o: int, x: float, y: float) -> tuple[float, float]:
-    """Transform a point from the frame of object ``o`` to the plan, x and y [m]."""
     cos, sin = where.cos[o], where.sin[o]
     return where.xy[o, 0] + cos * x - sin * y, where.xy[o, 1] + sin * x + cos * y
 
 
 @njit(cache=True)
-def _point_count(tables: PoseColumns, where: Placements) -> int:
-    """Count the points of ``_contact_points``."""
+def _point_count(tables: PoseTables, where: Placements) -> int:
     count, leg = 0, tables.legs.leg
     for o in range(len(where.prototype)):
         v = where.prototype[o]
@@ -170,31 +167,16 @@ def _point_count(tables: PoseColumns, where: Placements) -> int:
     return count
 
 
-class _CyclePoint(NamedTuple):
-    """Where in its cycle a leg is.
-
-    key, next_key  rows of ``PoseColumns.hip`` at the keys before and after its phase
-    share          of the way from the one to the other, 0 to 1
-    phase          of the object's motion, 0 to 1
-    stride_factor  the object's stride as a share of its prototype's
-    """
-
-    key: int
-    next_key: int
-    share: float
-    phase: float
-    stride_factor: float
-
-
 @njit(cache=True)
 def _place_bodies(
-    tables: PoseColumns, max_legs: int, where: Placements, ground: np.ndarray
+    tables: PoseTables, where: Placements, ground: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Height of each body (n,) [m], and its ``Instances.foot_contacts`` (n, max_legs, 6).
 
     ground  (m,) heights at ``_contact_points`` [m]
     """
     n, m, leg, hip = len(where.prototype), 0, tables.legs.leg, tables.hip
+    max_legs = tables.max_legs
     base, contacts, planes = np.empty(n), np.zeros((n, max_legs, 6)), np.empty((max_legs, 3))
     for o in range(n):
         v = where.prototype[o]
@@ -214,10 +196,10 @@ def _place_bodies(
         key = min(int(key_position), keys - 1)
         body_shift = 0.0  # 0 or less: the body sinks until its most stretched leg reaches
         for k in range(legs):
-            contact, row = contacts[o, k], first_hip + key * legs + k
-            share = key_position - key
-            at = _CyclePoint(row, row + legs, share, where.phase[o], where.stride_factor[o])
-            room = _place_foot(leg, hip, first + k, at, mean, planes[k], contact)
+            contact, at = contacts[o, k], first_hip + key * legs + k
+            hips, share = (hip[at], hip[at + legs]), key_position - key
+            phase, pace = where.phase[o], where.stride_factor[o]
+            room = _place_foot(leg, first + k, hips, share, phase, pace, mean, planes[k], contact)
             body_shift = min(body_shift, room)
             x, y, ax, ay = contact[PRINT_X], contact[PRINT_Y], contact[SLOPE_X], contact[SLOPE_Y]
             cos, sin = where.cos[o], where.sin[o]
@@ -241,7 +223,7 @@ def _ground_plane(
     """Write the plane under a foot into ``plane`` (3,): HEIGHT, SLOPE_ALONG and SLOPE_ACROSS.
 
     leg          (l, 9) LegTables.leg; ``row`` is the leg's
-    sole_planes  (l, 3, 3) PoseColumns.plane: from heights at the sole's points to the plane
+    sole_planes  (l, 3, 3) PoseTables.plane: from heights at the sole's points to the plane
     ground       heights of the ground, those of this foot from ``m`` on
 
     Returns the row of ``ground`` after those of this foot.
@@ -271,9 +253,11 @@ def _ground_plane(
 @njit(cache=True)
 def _place_foot(
     leg: np.ndarray,
-    hip: np.ndarray,
     row: int,
-    at: _CyclePoint,
+    hips: tuple[np.ndarray, np.ndarray],
+    share: float,
+    phase: float,
+    pace: float,
     mean: float,
     plane: np.ndarray,
     contact: np.ndarray,
@@ -281,14 +265,16 @@ def _place_foot(
     """Write a foot's contact in the object's frame into ``contact`` (6,).
 
     leg    (l, 9) LegTables.leg; ``row`` is the leg's
-    hip    (k, 6) PoseColumns.hip
+    hips   rows of PoseTables.hip at the keys before and after the object's phase
+    share  of the way from the one to the other, 0 to 1
+    pace   the object's stride as a share of its prototype's
     mean   mean height of the object's prints [m]
     plane  (3,) the ground's plane under the foot
 
     Returns how far the body may rise above ``mean`` until the leg is stretched to its reach [m];
     below 0 the body has to sink by as much.
     """
-    last, swing = print_and_swing((at.phase - leg[row, STRIKE]) % 1.0, leg[row, DUTY])
+    last, swing = print_and_swing((phase - leg[row, STRIKE]) % 1.0, leg[row, DUTY])
     ahead, longest = leg[row, STRIDE] * (last + swing), leg[row, REACH]
     rise = min(max(plane[HEIGHT] - mean, -leg[row, MAX_RISE]), leg[row, MAX_RISE])
     along, across = plane[SLOPE_ALONG], plane[SLOPE_ACROSS]
@@ -296,12 +282,11 @@ def _place_foot(
     normal = math.sqrt(1.0 + along * along + across * across)
     unit = 1.0 / math.sqrt(2.0 * normal * (1.0 + normal))
     qx, qy, qw = across * unit, -along * unit, (1.0 + normal) * unit
-    pace = at.stride_factor
     contact[PRINT_X], contact[PRINT_Y] = leg[row, HOME_X] + pace * ahead, leg[row, HOME_Y]
     contact[PRINT_Z], contact[AHEAD] = mean + rise, (pace - 1.0) * ahead
     contact[SLOPE_X], contact[SLOPE_Y] = qx, qy
     # The vector from the print to the ankle, turned by the quaternion: v + qw·t + q×t, t = 2·q×v.
-    now, then, share = hip[at.key], hip[at.next_key], at.share
+    now, then = hips
     x = (1 - share) * now[FROM_PRINT_X] + share * then[FROM_PRINT_X]
     y = (1 - share) * now[FROM_PRINT_Y] + share * then[FROM_PRINT_Y]
     z = (1 - share) * now[FROM_PRINT_Z] + share * then[FROM_PRINT_Z]

@@ -235,7 +235,6 @@ def two_bone_ik(frame, rows, legs, leg, x, y, z):  # type: ignore[no-untyped-def
 
 @njit(cache=True, inline="always")
 def _from_half_angles(cx, sx, cy, sy, cz, sz):  # type: ignore[no-untyped-def]
-    """Compute the quaternion of Rz·Ry·Rx from cosines and sines of its angles."""
     sx, cx = _half_angle(cx, sx)
     sy, cy = _half_angle(cy, sy)
     sz, cz = _half_angle(cz, sz)
@@ -260,7 +259,6 @@ def _clamp_to_arc(c, s, arc, leg, which):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, inline="always")
 def _half_angle(c, s):  # type: ignore[no-untyped-def]
-    """Compute sine and cosine of half an angle within ±180°."""
     return math.copysign(math.sqrt(max(0.0, (1.0 - c) / 2)), s), math.sqrt(max(0.0, (1.0 + c) / 2))
 
 
@@ -272,7 +270,6 @@ def set_rotation(frame, row, q):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, inline="always")
 def _direction(x, y):  # type: ignore[no-untyped-def]
-    """Compute cosine and sine of the angle of (x, y)."""
     n = math.sqrt(x * x + y * y)
     return (x / n, y / n) if n > 0.0 else (1.0, 0.0)
 

@@ -10,13 +10,12 @@ Same input, same bytes: no arithmetic depends on the number of threads.
 """
 
 import math
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
-from lod.arrays import ArrayData, FloatArray, IntArray, Ints, Points, check_columns, frozen
+from lod.arrays import Ints, Points, frozen
 from lod.errors import InputError
 from lod.threads import map_chunks
 from scenes.rig.leg_ik import (
@@ -41,20 +40,20 @@ _MIN_ANGLE = 1e-9
 """Least angle between two keys: weights are the shares themselves there [rad]."""
 
 FIRST_JOINT, JOINTS, FIRST_KEY, KEYS, FIRST_SHIFT, FIRST_LEG, LEGS, FIRST_HIP = range(8)
-"""Columns of ``PoseColumns.prototypes``: first rows and numbers of a prototype's own rows."""
+"""Columns of ``PoseTables.prototypes``: first rows and numbers of a prototype's own rows."""
 
 PARENT, MOVES, KNEE_OF_HIP, ANKLE_OF_HIP, LEG_OF_HIP = range(5)
-"""Columns of ``PoseColumns.joint``."""
+"""Columns of ``PoseTables.joint``."""
 
 ANGLE, PER_SINE = 4, 5
-"""Columns of ``PoseColumns.keys`` after the quaternion."""
+"""Columns of ``PoseTables.keys`` after the quaternion."""
 
 AT_HIP_X, AT_HIP_Y, AT_HIP_Z, FROM_PRINT_X, FROM_PRINT_Y, FROM_PRINT_Z = range(6)
-"""Columns of ``PoseColumns.hip``."""
+"""Columns of ``PoseTables.hip``."""
 
 
-class PoseColumns(NamedTuple):
-    """Tables of all prototypes end to end, as compiled kernels read them.
+class PoseTables(NamedTuple):
+    """The rigs and motions of a species' prototypes end to end, as compiled kernels read them.
 
     prototypes (v, 8) rows of each prototype: FIRST_JOINT, JOINTS, …
     joint  (j, 5) PARENT within the prototype; whether any key differs (MOVES); knee, ankle and
@@ -67,6 +66,7 @@ class PoseColumns(NamedTuple):
     sole   (l, 3, 2), plane (l, 3, 3): as in Feet
     hip    (k, 6) of each key and leg: where the hip is in the object's frame (AT_HIP_X, …), and the
         vector from the print to the ankle (FROM_PRINT_X, …) [m]
+    max_joints, max_legs  most joints and legs of any prototype
     """
 
     prototypes: np.ndarray
@@ -78,13 +78,6 @@ class PoseColumns(NamedTuple):
     sole: np.ndarray
     plane: np.ndarray
     hip: np.ndarray
-
-
-@dataclass(frozen=True, eq=False)
-class PoseTables:
-    """The rigs and motions of a species' prototypes, ready to be posed."""
-
-    columns: PoseColumns
     max_joints: int
     max_legs: int
 
@@ -103,7 +96,7 @@ class PoseTables:
         )
         first_key, key_rows = _shared_keys(motions)
         rows = first_joint, joints, first_key, keys, first_shift, first_leg, legs, first_hip
-        columns = PoseColumns(
+        return PoseTables(
             prototypes=frozen(np.stack(rows, axis=1), np.int64),
             joint=_joined([_joint_rows(rig, motion) for rig, motion in pairs], np.int64),
             offset=_joined([rig.offset for rig in rigs]),
@@ -118,12 +111,20 @@ class PoseTables:
             sole=_joined([motion.feet.sole for motion in motions]),
             plane=_joined([motion.feet.plane for motion in motions]),
             hip=_joined([_hip_rows(rig, motion) for rig, motion in pairs]),
+            max_joints=int(joints.max()),
+            max_legs=int(legs.max()),
         )
-        return PoseTables(columns, int(joints.max()), int(legs.max()))
 
 
-class InstanceColumns(NamedTuple):
-    """The arrays of ``Instances``, read-only, as compiled kernels take them."""
+class Instances(NamedTuple):
+    """The objects that are to be posed, in read-only arrays, as compiled kernels take them.
+
+    origin (n, 3) where each stands, in the frame's coordinates [m]; cos, sin (n,) of its heading
+    prototype (n,) its row in the pose tables; phase (n,) of its motion, 0 to 1 [cycles]
+    foot_contacts (n, legs, 6) of each foot: where its print is, PRINT_X, PRINT_Y and PRINT_Z [m];
+        how far that is AHEAD of the prototype's own [m]; and the rotation that tilts the ground
+        under it, SLOPE_X and SLOPE_Y of a quaternion whose z is 0
+    """
 
     origin: np.ndarray
     cos: np.ndarray
@@ -133,47 +134,7 @@ class InstanceColumns(NamedTuple):
     foot_contacts: np.ndarray
 
 
-@dataclass(frozen=True, eq=False)
-class Instances(ArrayData):
-    """The objects that are to be posed.
-
-    origin (n, 3) where each stands, in the frame's coordinates [m]; cos, sin (n,) of its heading
-    prototype (n,) its row in the pose tables; phase (n,) of its motion [cycles]
-    foot_contacts (n, legs, 6) of each foot: where its print is, PRINT_X, PRINT_Y and PRINT_Z [m];
-        how far that is AHEAD of the prototype's own [m]; and the rotation that tilts the ground
-        under it, SLOPE_X and SLOPE_Y of a quaternion whose z is 0
-
-    Raises InputError where shapes do not match or a number is not finite.
-    """
-
-    origin: FloatArray
-    cos: FloatArray
-    sin: FloatArray
-    prototype: IntArray
-    phase: FloatArray
-    foot_contacts: FloatArray
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        n = len(self.prototype)
-        check_columns("instances", self, origin=(n, 3), cos=(n,), sin=(n,), phase=(n,))
-        contacts = self.foot_contacts
-        if contacts.ndim != 3 or contacts.shape[::2] != (n, 6):
-            rule = f"its shape is ({n}, legs, 6)"
-            raise InputError("instances.foot_contacts", contacts.shape, rule)
-
-    def __len__(self) -> int:
-        return len(self.prototype)
-
-    def columns(self) -> InstanceColumns:
-        """Return the arrays for compiled kernels, with phases within one cycle."""
-        within = frozen(self.phase - np.floor(self.phase), np.float64)
-        facing = self.origin, self.cos, self.sin
-        return InstanceColumns(*facing, self.prototype, within, self.foot_contacts)
-
-
 def _joined(tables: list[np.ndarray], dtype: type = np.float64) -> np.ndarray:
-    """Put tables one below the other, read-only."""
     return frozen(np.concatenate(tables), dtype)
 
 
@@ -281,22 +242,21 @@ def pose_points(
     # Read-only arrays, whatever arrives: of one kind of array one kernel is compiled.
     on, at = frozen(joint, np.int64), frozen(place, np.float64)
     owners, items = frozen(rows, np.int64), frozen(points, np.int64)
-    columns, found = instances.columns(), np.empty((len(rows), 3))
+    found = np.empty((len(rows), 3))
 
     def run(first: int, last: int) -> None:
         each = owners[first:last], items[first:last]
-        tables, joints = pose_tables.columns, pose_tables.max_joints
-        _pose_points(tables, joints, columns, each, at, on, found[first:last])
+        _pose_points(pose_tables, instances, each, at, on, found[first:last])
 
     map_chunks(run, len(rows), _SHORTEST_RUN)
     return found
 
 
 @njit(cache=True, nogil=True)
-def _pose_points(tables, max_joints, instances, each, places, joints, out):  # type: ignore[no-untyped-def]
+def _pose_points(tables, instances, each, places, joints, out):  # type: ignore[no-untyped-def]
     """Pose every point into ``out`` (m, 3); ``each`` is object (m,) and row of the table (m,)."""
     rows, items = each
-    buffers = pose_buffers(max_joints)
+    buffers = pose_buffers(tables.max_joints)
     m = 0
     while m < len(rows):
         o, first = rows[m], m
@@ -332,7 +292,6 @@ def transform_point(frame, row, rotation, x, y, z):  # type: ignore[no-untyped-d
 
 @njit(cache=True)
 def _place_points(frame, items, places, joints, out):  # type: ignore[no-untyped-def]
-    """Place the points of the items (m,) of one object that is posed into ``out`` (m, 3)."""
     row, rotation = 0, rotation_matrix(frame, 0)
     for m in range(len(items)):
         k = items[m]
@@ -414,7 +373,6 @@ def pose_marked(tables, buffers, pose, contacts, o, lowest, highest):  # type: i
 
 @njit(cache=True, inline="always")
 def _pose_joint(tables, frame, pose, row):  # type: ignore[no-untyped-def]
-    """Pose a joint on its parent, which is posed: slerp, product, offset."""
     joint, offset, keys = tables.joint, tables.offset, tables.keys
     at, a = pose.first_joint + row - 1, pose.keys + row - 1
     if joint[at, MOVES]:
@@ -439,6 +397,5 @@ def _pose_joint(tables, frame, pose, row):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, inline="always")
 def _is_level(contacts, o, leg, z):  # type: ignore[no-untyped-def]
-    """Tell whether a foot stands as its prototype's does: on level ground, at the same stride."""
     stands = contacts[o, leg, PRINT_Z] == z and contacts[o, leg, AHEAD] == 0.0
     return stands and contacts[o, leg, SLOPE_X] == 0.0 and contacts[o, leg, SLOPE_Y] == 0.0

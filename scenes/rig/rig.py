@@ -164,6 +164,11 @@ class RiggedSticks(StickTable):
         radii = table.start_radius, table.end_radius
         return RiggedSticks(table.first, *ends, *radii, table.tint, start, end)
 
+    @property
+    def joints(self) -> Ints:
+        """Return the joints of ``spheres``, (2 k,)."""
+        return np.concatenate((self.start_joint, self.end_joint))
+
     def posed(self, origin: Vectors, turn: Quaternions) -> StickTable:
         """Return the sticks in the object's frame, given the frames of all joints."""
         start = to_object_frame(origin, turn, self.start_joint, self.start)

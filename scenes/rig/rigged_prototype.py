@@ -124,10 +124,6 @@ class RiggedPrototype:
         owns[self.hierarchy.parent[1:]] = True
         return self.inner.only(owns), self.leaf.only(~owns)
 
-    def with_motion(self, motion: Motion) -> "RiggedPrototype":
-        """Return the same object with another motion."""
-        return replace(self, motion=motion)
-
     def scaled(self, factor: float) -> "RiggedPrototype":
         """Return the object ``factor`` times as large, moving in a dynamically similar way."""
         lengths = "rig", "hierarchy", "inner", "leaf", "motion"
@@ -136,8 +132,10 @@ class RiggedPrototype:
         return replace(self, **scaled, place=self.place * factor, meshes=meshes)
 
 
-def rigid_prototype(prototype: Prototype) -> RiggedPrototype:
-    """Rig a prototype of one pose without joints: everything rides on the object's frame."""
+def rigged(prototype: Prototype | RiggedPrototype) -> RiggedPrototype:
+    """Return a prototype as something that can be posed; one of one pose has no joints."""
+    if isinstance(prototype, RiggedPrototype):
+        return prototype
     none, nowhere = np.zeros((0, 3)), np.zeros(3)
     empty = np.zeros(0, np.int64)
     rig = Rig((), empty, none, np.zeros((0, 4)), none, none, nowhere, nowhere)
@@ -159,11 +157,6 @@ def rigid_prototype(prototype: Prototype) -> RiggedPrototype:
         view_dependence=prototype.view_dependence,
         meshes=prototype.meshes,
     )
-
-
-def rigged(prototype: Prototype | RiggedPrototype) -> RiggedPrototype:
-    """Return a prototype as something that can be posed, if only in one way."""
-    return rigid_prototype(prototype) if isinstance(prototype, Prototype) else prototype
 
 
 def build_hierarchy(
@@ -202,11 +195,8 @@ def build_hierarchy(
 
 def _extent(rig: Rig, joint: int, tables: tuple[RiggedSticks, ...], parts: Ints) -> float:
     """Bound how far any stick of these parts can be from a joint [m]."""
-    columns: list[tuple[Ints, Points, Reals]] = []
-    for table in tables:
-        rows = np.flatnonzero(np.isin(table.owner, parts))
-        columns.append((table.start_joint[rows], table.start[rows], table.start_radius[rows]))
-        columns.append((table.end_joint[rows], table.end[rows], table.end_radius[rows]))
+    some = [table.take(np.isin(table.owner, parts)) for table in tables]
+    columns = [(table.joints, *table.spheres) for table in some]
     joints, points, radii = (np.concatenate(column) for column in zip(*columns, strict=True))
     return reach_bound(rig, joint, joints, points, radii)
 
@@ -267,7 +257,6 @@ def _bound_across(rig: Rig, joint: int, joints: Ints, points: Points, radii: Rea
 
 
 def _is_under(rig: Rig, joint: int) -> np.ndarray:
-    """Tell whether joints −1, 0, 1, … ride on ``joint``, (j + 1,)."""
     under = np.zeros(len(rig) + 1, bool)
     under[joint + 1] = True
     for row, parent in enumerate(rig.parent):
@@ -417,10 +406,8 @@ def speed_bound(prototype: RiggedPrototype) -> float:
         turning[:, j] = angle[:, j] + (0.0 if parent < 0 else turning[:, parent])
     # The greatest distance from each joint to what rides on it.
     reach = np.zeros(len(rig))
-    ends: list[tuple[Ints, Points]] = [(prototype.joint, prototype.place)]
-    for table in (prototype.inner, prototype.leaf):
-        ends += [(table.start_joint, table.start), (table.end_joint, table.end)]
-    for joint, place in ends:
+    ends = [(table.joints, table.spheres[0]) for table in (prototype.inner, prototype.leaf)]
+    for joint, place in ((prototype.joint, prototype.place), *ends):
         on = joint >= 0
         np.maximum.at(reach, joint[on], np.linalg.norm(place[on], axis=1))
     fastest = float((speed + turning * reach).max())

@@ -91,16 +91,21 @@ def mean_outline_areas(table: StickTable) -> Reals:
     return np.where(slim, caps + frustum, 4 * np.pi * np.maximum(r0, r1) ** 2) / 4
 
 
-def largest_area(table: StickTable, spread: Directions | None = None) -> Reals:
+def largest_area(table: StickTable) -> Reals:
     """Measure the largest area that each part's sticks cover together, (n,) [m²].
 
     It is 0 for a part without sticks, in closed form for a part of one stick, and else searched
-    from the best of ``spread`` (SEARCHED).
+    from the best of SEARCHED directions.
     """
-    spread = directions(SEARCHED) if spread is None else spread
-    return _exact_where_single(
-        table, lambda some: _largest_of_parts(some, spread), largest_outline_areas
-    )
+
+    def searched(some: StickTable) -> Reals:
+        around = directions(SEARCHED)
+        areas = areas_of_parts(some, around)
+        columns = (some.start, some.end, some.start_radius, some.end_radius)
+        best = np.ascontiguousarray(around[areas.argmax(axis=1)])
+        return np.asarray(_climb(some.first, *columns, best, areas.max(axis=1)))
+
+    return _exact_where_single(table, searched, largest_outline_areas)
 
 
 def mean_area(table: StickTable, spread: Directions | None = None, fineness: float = FINE) -> Reals:
@@ -168,16 +173,6 @@ def areas_of_parts(
     return _areas(table.first, *columns, np.ascontiguousarray(directions), fineness)
 
 
-def _largest_of_parts(
-    table: StickTable, directions: Float64[np.ndarray, "d 3"]
-) -> Float64[np.ndarray, " n"]:
-    """Search the largest area of each part over all directions, from the given ones, (n,) [m²]."""
-    columns = (table.start, table.end, table.start_radius, table.end_radius)
-    areas = areas_of_parts(table, directions)
-    best = np.ascontiguousarray(directions[areas.argmax(axis=1)])
-    return _climb(table.first, *columns, best, areas.max(axis=1))
-
-
 @njit(cache=True)
 def _areas(first, start, end, r0, r1, directions, fineness):  # type: ignore[no-untyped-def]
     n = len(first) - 1
@@ -228,7 +223,6 @@ def along(points, axis):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def _union_area(x0, y0, r0, x1, y1, r1, fineness):  # type: ignore[no-untyped-def]
-    """Area of a union of convex hulls of two discs each."""
     low, spacing, rows = _rows(x0, y0, r0, x1, y1, r1, fineness)
     begin = np.zeros(rows + 1, np.int64)
     for i in range(len(r0)):  # how many outlines cross each row
@@ -270,7 +264,6 @@ def frame_across(direction):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def _rows(x0, y0, r0, x1, y1, r1, fineness):  # type: ignore[no-untyped-def]
-    """Lowest edge, spacing and number of the rows."""
     low, high, weight, radius = np.inf, -np.inf, 0.0, 0.0
     for i in range(len(r0)):
         low = min(low, y0[i] - r0[i], y1[i] - r1[i])

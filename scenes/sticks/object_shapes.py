@@ -64,9 +64,8 @@ class Shapes(ArrayData):
     @property
     def spheres(self) -> tuple[Points, np.ndarray]:
         """Return centres (n, 3) and radii (n,) of spheres whose hulls hold all of it [m]."""
-        table, flat = self.sticks, self.corners.reshape(-1, 3)
-        radii = table.start_radius, table.end_radius, np.zeros(len(flat))
-        return np.concatenate((table.start, table.end, flat)), np.concatenate(radii)
+        (centre, radius), flat = self.sticks.spheres, self.corners.reshape(-1, 3)
+        return np.concatenate((centre, flat)), np.append(radius, np.zeros(len(flat)))
 
 
 @dataclass(frozen=True, eq=False)

@@ -222,12 +222,8 @@ def _extent(
     seen_from, farthest = np.full((n, 3), np.nan), np.zeros(n)
     seen_from[rows] = centre
     for table in tables:
-        owner = table.owner
-        reach = np.maximum(
-            _distance(table.start, seen_from[owner]) + table.start_radius,
-            _distance(table.end, seen_from[owner]) + table.end_radius,
-        )
-        np.fmax.at(farthest, owner, reach)
+        owner, (place, radius) = np.tile(table.owner, 2), table.spheres
+        np.fmax.at(farthest, owner, _distance(place, seen_from[owner]) + radius)
     if meshes is not None:
         owner = meshes.vertex_owner
         np.fmax.at(farthest, owner, _distance(meshes.vertices, seen_from[owner]))

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from lod.arrays import Ints, Points, Reals, expand
-from lod.shapes import StickTable
 from scenes.trees.species import BranchLevel, Foliage, TreeSpecies
 
 STEEPEST = -0.3
@@ -65,7 +64,6 @@ def grow(species: TreeSpecies, rng: np.random.Generator) -> tuple[list[Branches]
 
 
 def _trunk(species: TreeSpecies, rng: np.random.Generator) -> Branches:
-    """Grow the trunk, a level of one branch, with one segment under the ground."""
     trunk = species.trunk
     height = species.scale + species.scale_v * float(np.clip(rng.normal(), -2, 2))
     length, segments = trunk.length * height, 7
@@ -122,7 +120,6 @@ def _children(
 def _places(
     parents: Branches, level: BranchLevel, rng: np.random.Generator
 ) -> tuple[Ints, Reals, Reals]:
-    """Place children: row of the parent, share of its length, and angle around it [rad]."""
     # §4.3: short parents bear fewer children.
     mean = level.branches * (0.25 + 0.75 * parents.length / parents.length.max())
     count = np.maximum(2, np.floor(mean + rng.random(len(parents)))).astype(np.int64)
@@ -137,7 +134,6 @@ def _places(
 
 
 def _at(parents: Branches, parent: Ints, along: Reals) -> tuple[Points, Points, Reals]:
-    """Interpolate points, directions and radii at a share of each parent's length."""
     nodes, radii = parents.nodes[:, _skip(parents) :], parents.radii[:, _skip(parents) :]
     segments = nodes.shape[1] - 1
     segment = np.minimum((along * segments).astype(np.int64), segments - 1)
@@ -202,7 +198,6 @@ def _across(heading: Points) -> tuple[Points, Points]:
 
 
 def _unit(vectors: np.ndarray) -> np.ndarray:
-    """Scale vectors (…, 3) to length 1."""
     return vectors / np.sqrt((vectors**2).sum(axis=-1, keepdims=True))
 
 
@@ -221,23 +216,3 @@ class GrownTree:
     foliage: GrownFoliage
     foliage_tint: np.ndarray
     palette: np.ndarray
-
-    def wood_tint(self, level: int) -> int:
-        """Give the row of the palette of a level; twigs among leaves are half green."""
-        young = 0 < level == len(self.levels) - 1 and len(self.foliage.twig) > 0
-        return len(self.palette) - 1 if young else min(level, 1)
-
-    def branch_sticks(self, level: int) -> StickTable:
-        """Make the sticks of the branches of one level, each branch a part of its own."""
-        nodes, radii = self.levels[level].nodes, self.levels[level].radii
-        owner = np.repeat(np.arange(len(nodes)), nodes.shape[1] - 1)
-        ends = nodes[:, :-1].reshape(-1, 3), nodes[:, 1:].reshape(-1, 3)
-        radii_of_ends = radii[:, :-1].ravel(), radii[:, 1:].ravel()
-        tint = np.full(len(owner), self.wood_tint(level))
-        return StickTable.of(len(nodes), owner, *ends, *radii_of_ends, tint)
-
-    def foliage_sticks(self) -> StickTable:
-        """Make the sticks of the foliage, each leaf a part of its own."""
-        foliage, n = self.foliage, len(self.foliage.twig)
-        ends = foliage.start, foliage.end, foliage.start_radius, foliage.end_radius
-        return StickTable.of(n, np.arange(n), *ends, self.foliage_tint)

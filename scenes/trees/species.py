@@ -22,15 +22,13 @@ from pydantic import Field
 
 from scenes.model_files.parameter_file import CLOSED, read_model_file
 
-Albedo = Annotated[float, Field(ge=0, le=1)]
-Colour = tuple[Albedo, Albedo, Albedo]
-"""Linear Rec.709 albedo, 0 to 1."""
-
 Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
 Share = Annotated[float, Field(ge=0, le=1)]
+Colour = tuple[Share, Share, Share]
+"""Linear Rec.709 albedo, 0 to 1."""
+
 Angle = Annotated[float, Field(ge=-360, le=360)]
-Count = Annotated[int, Field(ge=0, le=100)]
 Season = Literal["spring", "summer", "autumn", "winter"]
 
 SHADES = 5

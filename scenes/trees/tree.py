@@ -28,7 +28,6 @@ import numpy as np
 from jaxtyping import Float64
 
 from lod.arrays import Ints, Points, Reals
-from lod.errors import InputError
 from lod.shapes import StickTable
 from scenes.appearance.fit import fit_appearances
 from scenes.rig.rig import Motion, Rig, RiggedSticks, key_phases
@@ -37,7 +36,7 @@ from scenes.rig.rotations import from_euler
 from scenes.sticks.object_shapes import PartSticks
 from scenes.sticks.prototype import PartPlaces, Prototype, assemble_prototype
 from scenes.trees.growth import GrownTree, grow
-from scenes.trees.species import SEASONS, TreeSpecies
+from scenes.trees.species import TreeSpecies
 
 _STREAM, _SWAY_STREAM = 0x7EE, 0x5A7
 
@@ -47,10 +46,6 @@ def tree_prototypes(
     seed: int, count: int, species: TreeSpecies, season: str = "summer"
 ) -> tuple[Prototype, ...]:
     """Make ``count`` trees of a species; the k-th depends on the seed, the season and k only."""
-    if count < 1:
-        raise InputError(f"{species.name}: prototypes", count, "at least one prototype")
-    if season not in SEASONS:
-        raise InputError("season", season, f"one of {', '.join(SEASONS)}")
     return tuple(
         _prototype(f"{species.name} {k}", grow_tree(species, seed, k, season)) for k in range(count)
     )
@@ -83,13 +78,20 @@ def grow_tree(species: TreeSpecies, seed: int, k: int, season: str = "summer") -
 
 
 def _prototype(name: str, tree: GrownTree) -> Prototype:
-    """Make the prototype of a grown tree, whose rows are parts, level by level."""
     levels, foliage = tree.levels, tree.foliage
     counts = [len(level) for level in levels]
-    tables = [tree.branch_sticks(k) for k in range(len(levels))]
-    if len(foliage.twig):
-        counts.append(len(foliage.twig))
-        tables.append(tree.foliage_sticks())
+    tables, leaves = [], len(foliage.twig)
+    for k, each in enumerate(levels):  # every branch a part, twigs among leaves half green
+        young = 0 < k == len(levels) - 1 and leaves > 0
+        owner = np.repeat(np.arange(len(each)), each.nodes.shape[1] - 1)
+        ends = each.nodes[:, :-1].reshape(-1, 3), each.nodes[:, 1:].reshape(-1, 3)
+        radii = each.radii[:, :-1].ravel(), each.radii[:, 1:].ravel()
+        tint = np.full(len(owner), len(tree.palette) - 1 if young else min(k, 1))
+        tables.append(StickTable.of(len(each), owner, *ends, *radii, tint))
+    if leaves:  # and every leaf
+        counts.append(leaves)
+        columns = foliage.start, foliage.end, foliage.start_radius, foliage.end_radius
+        tables.append(StickTable.of(leaves, np.arange(leaves), *columns, tree.foliage_tint))
     row = [0, *np.cumsum(counts).tolist()]  # first of each level, and the number of parts
     above = [row[k - 1] + levels[k].parent for k in range(1, len(levels))]
     bases = [level.nodes[:, 0] for level in levels[1:]]
@@ -194,7 +196,6 @@ def swaying(
 
 
 def _rig(at: Points, parent: Ints, most_deg: Reals) -> Rig:
-    """Make the rig of joints at points (j, 3); each turns by ``most_deg`` (j,) about x and y."""
     offset = at - np.where((parent >= 0)[:, None], at[parent], 0.0)
     high = np.stack((most_deg, most_deg, np.zeros(len(at))), axis=1)
     names = [f"trunk {k}" for k in range(TRUNK_JOINTS)]
@@ -219,11 +220,12 @@ def _reaches(
     direct[0] = direct[limbs] = True
     reach = 0.0
     for table in (tree.inner, tree.leaf):
-        rows = np.flatnonzero(direct[table.owner])
-        for points, radii in ((table.start, table.start_radius), (table.end, table.end_radius)):
-            on = np.where(table.owner[rows] == 0, TRUNK_JOINTS - 1, joint[table.owner[rows]])
-            far = _farthest(points[rows], on, rig.parent, at, moves) + radii[rows]
-            reach = max(reach, float(far.max()))
+        owner = np.tile(table.owner, 2)
+        rows = np.flatnonzero(direct[owner])
+        points, radii = (column[rows] for column in table.spheres)
+        on = np.where(owner[rows] == 0, TRUNK_JOINTS - 1, joint[owner[rows]])
+        far = _farthest(points, on, rig.parent, at, moves) + radii
+        reach = max(reach, float(far.max()))
     if tree.meshes is not None:
         owner = tree.meshes.vertex_owner
         rows = np.flatnonzero(direct[owner])

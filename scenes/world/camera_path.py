@@ -66,7 +66,6 @@ def placed_camera(
 
 
 def _focus(preset: CameraPreset, stand: CameraPose, camera: Camera, ground: Ground) -> float:
-    """Distance in focus along the camera's axis [m]."""
     if stand.focus is None:
         return FARTHEST_FOCUS_M
     if isinstance(stand.focus, float):
@@ -88,7 +87,6 @@ def height_at(ground: Ground, x: float, y: float, cell: tuple[int, int] = (0, 0)
 
 
 def _walked(preset: CameraPreset, frame: float) -> CameraPose:
-    """Walk ahead along the first heading at an even speed, turning at an even rate."""
     walked = preset.speed * (frame - 1) / preset.fps
     turned = preset.heading + preset.turn * (frame - 1) / preset.fps
     heading = math.radians(preset.heading)

@@ -19,8 +19,7 @@ from scenes.ground.terrain import Terrain
 from scenes.models.catalogue import model_prototypes
 from scenes.presets.schema import Preset
 from scenes.presets.things import ActorPreset
-from scenes.rig.rigged_prototype import RiggedPrototype, rigid_prototype
-from scenes.sticks.prototype import Prototype
+from scenes.rig.rigged_prototype import RiggedPrototype, rigged
 from scenes.trees.species import Weather
 from scenes.world.camera_path import camera_at, height_at, path_pose
 
@@ -154,7 +153,7 @@ def role_prototypes(preset: Preset, roles: Sequence[Role]) -> tuple[RiggedProtot
         most[kind] = max(most.get(kind, 1), table.prototype)
     made = {
         (model, size, sha256): [
-            _rigged(each) for each in model_prototypes(model, n, (size,), True, weather, sha256)
+            rigged(each) for each in model_prototypes(model, n, (size,), True, weather, sha256)
         ]
         for (model, size, sha256), n in most.items()
     }
@@ -162,10 +161,6 @@ def role_prototypes(preset: Preset, roles: Sequence[Role]) -> tuple[RiggedProtot
     return tuple(
         made[kind][each.table.prototype - 1] for kind, each in zip(kinds, roles, strict=True)
     )
-
-
-def _rigged(prototype: Prototype | RiggedPrototype) -> RiggedPrototype:
-    return prototype if isinstance(prototype, RiggedPrototype) else rigid_prototype(prototype)
 
 
 def _processes(preset: Preset, roles: tuple[Role, ...]) -> Iterator[tuple[str, Process]]:

@@ -7,7 +7,6 @@ import numpy as np
 
 from lod.air import Air, Mist
 from lod.canopy import BARE, Canopy
-from lod.errors import InputError
 from scenes.presets.schema import Preset
 
 
@@ -24,14 +23,6 @@ class Light:
     sun_elevation_deg: float
     turbidity: float = 3.0
     canopy: Canopy = BARE
-
-    def __post_init__(self) -> None:
-        if not math.isfinite(self.sun_azimuth_deg):
-            raise InputError("light.sun_azimuth", self.sun_azimuth_deg, "finite [degrees]")
-        if not 0 <= self.sun_elevation_deg <= 90:
-            raise InputError("light.sun_elevation", self.sun_elevation_deg, "from 0° to 90°")
-        if not 1 <= self.turbidity <= 10:
-            raise InputError("light.turbidity", self.turbidity, "from 1 (clear) to 10", "try 3")
 
     @property
     def to_sun(self) -> np.ndarray:

@@ -158,7 +158,6 @@ def make_terrain(preset: Preset) -> Terrain:
 def _species(
     name: str, table: SpeciesPreset, weather: Weather, terrain: Terrain, seed: int
 ) -> Species:
-    """Make a species: every prototype in every size, all equally likely."""
     walks, digest = table.patrol > 0, table.model_sha256
     prototypes = model_prototypes(
         table.model, table.prototypes, table.sizes, walks, weather, digest, seed

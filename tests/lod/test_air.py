@@ -24,18 +24,15 @@ from lod.air import (
     Air,
     Mist,
     angstrom_exponent,
-    base_equivalent_length,
     extinction,
     extinction_from_visibility,
     haze_extinction,
     least_extinction,
-    mean_relative_extinction,
     mist_extinction,
     optical_depth,
     rayleigh_extinction,
     rgb_extinction,
     rgb_wavelengths,
-    visibility_from_extinction,
 )
 from lod.errors import InputError
 from lod.eye import (
@@ -57,7 +54,6 @@ MIST = st.builds(Mist, VISIBILITY, st.floats(-200, 500), st.floats(1, 500))
 def test_koschmieder_by_hand(V, beta):
     """ln 50 = 3.912023: two percent, not the five of the WMO (2.995732)."""
     assert extinction_from_visibility(V) == pytest.approx(beta, rel=1e-7)
-    assert visibility_from_extinction(beta) == pytest.approx(V, rel=1e-7)
 
 
 @given(V=VISIBILITY)
@@ -146,8 +142,8 @@ def test_no_path_is_clearer_than_the_least_extinction(haze, mist, start, end, to
 def test_least_extinction_is_that_of_red_and_of_the_top():
     air = Air(20e3, Mist(100.0, 0.0, 50.0))
     assert least_extinction(air) == rgb_extinction(air)[0]
-    assert least_extinction(air, 100.0, GREEN) == pytest.approx(
-        math.log(50) / 20e3 + math.log(50) / 100 * math.exp(-2)
+    assert (
+        least_extinction(air, 100.0) == extinction(air, np.array([100.0]), rgb_wavelengths())[0, 0]
     )
     assert mist_extinction(air, GREEN)[0] == pytest.approx(math.log(50) / 100)
 
@@ -156,12 +152,6 @@ def test_least_extinction_is_that_of_red_and_of_the_top():
 def test_bad_visibility_is_refused(V):
     with pytest.raises(InputError, match="visibility"):
         Air(V)
-
-
-@pytest.mark.parametrize("beta", [-1e-9, math.inf, math.nan])
-def test_bad_extinction_is_refused(beta):
-    with pytest.raises(InputError, match="extinction"):
-        visibility_from_extinction(beta)
 
 
 @pytest.mark.parametrize(
@@ -181,15 +171,6 @@ def test_wavelengths_are_in_nanometres(wavelength):
 def test_a_height_that_is_no_number_is_refused():
     with pytest.raises(InputError, match="height"):
         least_extinction(CLEAR, math.nan)
-
-
-@given(mist=MIST, start=HEIGHT, rise=st.floats(0.01, 1.0))
-def test_a_path_without_end_is_the_limit_of_long_ones(mist, start, rise):
-    top = max(mist.base_m, start) + 60 * mist.scale_m
-    length = np.array([(top - start) / rise])
-    long = mean_relative_extinction(mist, np.array([start]), np.array([top])) * length
-    beyond = base_equivalent_length(mist, np.array([start]), np.array([rise]))
-    assert beyond[0] == pytest.approx(long[0], rel=1e-9)
 
 
 def test_the_three_wavelengths_are_the_centroids_of_the_channels():

@@ -132,14 +132,6 @@ def test_bad_luminances_are_refused(bad):
         inherent_contrast(*one(*bad))
 
 
-@pytest.mark.parametrize(
-    "classes", [(), (0.1, 1.0), (0.0, math.inf), (0.2, 0.1, math.inf), (0.1, 0.1, math.inf)]
-)
-def test_bad_classes_are_refused(classes):
-    with pytest.raises(InputError, match="classes"):
-        contrast_class(np.ones(1), classes)
-
-
 @pytest.mark.parametrize("bad", [-0.1, math.nan])
 def test_bad_contrasts_are_refused(bad):
     with pytest.raises(InputError, match="contrast"):

@@ -229,7 +229,7 @@ def test_what_motion_hides_leaves_its_cover_on_the_ground():
     ahead = view.camera.forward * (1, 1, 0)
     place = view.camera.eye + 0.75 * min(limits) * ahead / np.linalg.norm(ahead)
     gone, still = (
-        cover.undisplayed(each, place[None])[0, kind]
+        np.multiply(*cover.undisplayed(each, place[None]))[0, kind]
         for each in (view, replace(view, shutter=None))
     )
     assert (gone, still) == (1, 0)

@@ -125,7 +125,7 @@ def test_what_is_displayed_is_buried_where_the_ground_is_lifted_and_painted_on_i
     cover = replace(covered[0], species=(Species("balls", kinds, 0.04),))
     D = view.limits(kinds[1].hierarchy)[0][0]
     points = ground(view, np.linspace((1 - view.fade) * D, D, 200))
-    left, gone = cover.residual(view, points), cover.undisplayed(view, points)[:, 0]
+    left, gone = cover.residual(view, points), np.multiply(*cover.undisplayed(view, points))[:, 0]
     assert gone[0] == pytest.approx(0.2, abs=0.01) and gone[-1] == pytest.approx(1.0)
     above = np.interp(left.lift, cover.stand.levels, cover.stand.above)
     assert left.lines.share == pytest.approx(1 - (1 - gone) * above)
@@ -149,7 +149,10 @@ def test_where_half_of_it_grows_half_of_it_is_left(covered):
     left, all_over = half.residual(view, points), cover.residual(view, points)
     assert np.allclose(left.lines.share + left.lines.rest, 0.5)
     far = all_over.rows[all_over.lines.share == 1]
-    assert np.allclose(half.undisplayed(view, points), cover.undisplayed(view, points) / 2)
+    assert np.allclose(
+        np.multiply(*half.undisplayed(view, points)),
+        np.multiply(*cover.undisplayed(view, points)) / 2,
+    )
     assert (left.covered[far] < all_over.covered[far]).all() and (left.covered[far] > 0).all()
 
 

@@ -205,5 +205,5 @@ def test_what_is_too_far_to_display_is_missing_only_where_it_grows():
     points[:, 2] = GROUND.height(HOME, points[:, :2])
     cover = [AggregateCover((stones(h).species,), np.array((0.0, 0.6, 0.8)), sky_at(53.0, 3.0))
              for h in (HABITAT, None)]  # fmt: skip
-    grown, all_over = (each.undisplayed(view(), points)[:, 0] for each in cover)
+    grown, all_over = (np.multiply(*each.undisplayed(view(), points))[:, 0] for each in cover)
     assert grown == pytest.approx(all_over * HABITAT.share(HOME, points[:, :2]))

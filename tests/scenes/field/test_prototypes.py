@@ -7,7 +7,7 @@ import pytest
 
 from lod.pruner import BlendWeights
 from scenes.field.part_tables import PartTables
-from scenes.rig.rigged_prototype import rigid_prototype
+from scenes.rig.rigged_prototype import rigged
 from scenes.sticks.by_view import ViewDependence
 from scenes.trees.species import tree_species
 from scenes.trees.tree import tree_prototypes
@@ -15,9 +15,7 @@ from scenes.trees.tree import tree_prototypes
 
 @pytest.fixture(scope="module")
 def part_tables():
-    return PartTables.of(
-        tuple(map(rigid_prototype, tree_prototypes(3, 2, tree_species("conifer"))))
-    )
+    return PartTables.of(tuple(map(rigged, tree_prototypes(3, 2, tree_species("conifer")))))
 
 
 def looked_at(parts):
@@ -55,7 +53,7 @@ def test_sticks_are_those_of_both_appearances_in_order(part_tables):
 
 def test_leaf_appearances_show_more_where_they_and_their_parts_lie_in_one_another():
     grown = tree_prototypes(3, 1, tree_species("birch"))[0]
-    tree = rigid_prototype(replace(grown, view_dependence=ViewDependence()))
+    tree = rigged(replace(grown, view_dependence=ViewDependence()))
     h = tree.hierarchy
     shown = {}
     for overlap in (0.0, 0.5):

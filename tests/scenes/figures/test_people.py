@@ -12,7 +12,6 @@ import pytest
 from scipy.stats import spearmanr
 
 from lod.camera import Corner, camera_from_heading
-from lod.errors import InputError
 from lod.metric import METRICS, limit_distances
 from lod.pruner import prune
 from lod.shapes import StickTable
@@ -228,10 +227,6 @@ class TestChance:
         everyone = (*people, *standing_people(2, 2))
         assert len({stature(p) for p in everyone}) == len(everyone)
         assert len({p.tints.tobytes() for p in everyone}) > 1
-
-    def test_none_at_all(self):
-        with pytest.raises(InputError, match="at least one"):
-            standing_people(1, 0)
 
 
 PEOPLE = {"person": 0.0, "child": 1.0}

@@ -68,9 +68,9 @@ class SlopeTrial:
 
     def riding(self, instances: Instances, joints: list[int], places: Points) -> np.ndarray:
         """Points (m, 3) that ride on joints (m,), at every phase, (phases, m, 3) [m]."""
-        rows, items = np.divmod(np.arange(len(instances) * len(joints)), len(joints))
+        rows, items = np.divmod(np.arange(len(self.phase) * len(joints)), len(joints))
         at = pose_points(self.pose_tables, instances, rows, items, places, np.array(joints))
-        return at.reshape(len(instances), len(joints), 3)
+        return at.reshape(len(self.phase), len(joints), 3)
 
     def facing(self, joint: int) -> Quaternions:
         """How a joint is turned in the frame at every phase, (phases, 4)."""

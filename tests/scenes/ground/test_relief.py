@@ -13,7 +13,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lod.camera import GRID_M, Corner
-from lod.errors import InputError
 from lod.pruner import prune
 from scenes.ground import relief as relief_file
 from scenes.ground.relief import SHORTEST_M, Relief, unit_normals
@@ -310,28 +309,6 @@ def test_seeds_make_different_ground_and_the_same_seed_the_same():
     grounds = [Relief(seed, 30.0, 512.0, 0.8).height(HOME, xy) for seed in (1, 2, 1)]
     assert abs(np.corrcoef(grounds[0], grounds[1])[0, 1]) < 0.15
     assert grounds[0].tobytes() == grounds[2].tobytes()
-
-
-@pytest.mark.parametrize(
-    ("change", "key"),
-    [
-        ({"amplitude": -1.0}, "terrain.amplitude"),
-        ({"amplitude": math.nan}, "terrain.amplitude"),
-        ({"wavelength": 1000.0}, "terrain.wavelength"),
-        ({"wavelength": math.inf}, "terrain.wavelength"),
-        ({"wavelength": 0.5}, "terrain.wavelength"),
-        ({"hurst": 0.0}, "terrain.hurst"),
-        ({"hurst": 1.5}, "terrain.hurst"),
-        ({"hurst": math.nan}, "terrain.hurst"),
-        ({"lacunarity": 1.4}, "terrain.lacunarity"),
-        ({"lacunarity": 5.0}, "terrain.lacunarity"),
-        ({"lacunarity": math.nan}, "terrain.lacunarity"),
-    ],
-)
-def test_wrong_parameters_are_refused_by_name(change, key):
-    good = {"seed": 0, "amplitude": 30.0, "wavelength": 1024.0, "hurst": 0.9}
-    with pytest.raises(InputError, match=key):
-        Relief(**{**good, **change})
 
 
 def test_crests_have_their_size_and_bounds():

@@ -280,21 +280,3 @@ def test_flat_ground_is_few_tiles_exactly_level_and_not_of_one_colour():
 def test_a_frame_costs_no_more_far_from_home():
     near, far = (prune(HILLS, view_of(HILLS, corner=c)).examined_parts for c in (Corner(0, 0), FAR))
     assert far == pytest.approx(near, rel=0.3)
-
-
-@pytest.mark.parametrize(
-    ("change", "key"),
-    [
-        ({"reach": 0.0}, "terrain.reach"),
-        ({"reach": np.nan}, "terrain.reach"),
-        ({"reach": np.inf}, "terrain.reach"),
-        ({"finest": 0.3}, "terrain.finest"),
-        ({"finest": 0.0}, "terrain.finest"),
-        ({"amplitude": -1.0}, "terrain.amplitude"),
-        ({"wavelength": 100.0}, "terrain.wavelength"),
-    ],
-)
-def test_wrong_parameters_are_refused_by_name(change, key):
-    good = {"seed": 0, "amplitude": 30.0, "wavelength": 1024.0, "hurst": 0.9, "reach": 1e4}
-    with pytest.raises(InputError, match=key):
-        Terrain(**{**good, **change})

@@ -118,8 +118,3 @@ def test_boulders_depend_on_seed_and_number_alone():
 def test_what_is_no_solid_is_refused(within):
     with pytest.raises(InputError, match=r"solid\.within"):
         Solid(within.astype(bool), np.zeros((*within.shape, 3)), np.zeros(3), 1.0)
-
-
-def test_no_boulders_are_refused():
-    with pytest.raises(InputError, match="at least one"):
-        boulder_prototypes(0, 0)

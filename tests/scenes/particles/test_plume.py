@@ -6,12 +6,11 @@ import numpy as np
 import pytest
 
 from lod.camera import GRID_M, Corner, camera_from_heading
-from lod.errors import InputError
 from lod.metric import METRICS
 from lod.pruner import prune
 from lod.shapes import StickTable, Triangles
 from lod.view import View
-from scenes.particles.plume import FLAMES, KINDS, PARTICLES_PER_BALL, SMOKE, Plume
+from scenes.particles.plume import KINDS, PARTICLES_PER_BALL, SMOKE, Plume
 from scenes.sticks.areas import directions, mean_area
 from tests.scenes.particles.levels import drawn, level
 
@@ -113,9 +112,3 @@ def test_flames_glow_and_smoke_does_not():
     outward = shape.vertices[shape.faces]
     normal = np.cross(outward[:, 1] - outward[:, 0], outward[:, 2] - outward[:, 0])
     assert np.all((normal * shape.normals[shape.faces].sum(axis=1)).sum(axis=1) > 0)
-
-
-@pytest.mark.parametrize("change", [{"particles": 12}, {"rate": 0.0}, {"stretch": 0.5}])
-def test_a_plume_that_cannot_be_is_refused(change):
-    with pytest.raises(InputError):
-        replace(FLAMES, **change)

@@ -10,7 +10,6 @@ import pytest
 from lod.air import (
     Air,
     Mist,
-    base_equivalent_length,
     mist_extinction,
     optical_depth,
     rgb_extinction,
@@ -166,7 +165,10 @@ def test_mist_veils_the_sky_above_the_eye_without_a_seam(make, variant):
         render_frame(FrameInput(up, (), air, make.light, quality)).rgb.mean(axis=(0, 1))
         for air in (MIST, make.clear)
     )
-    metres = base_equivalent_length(MIST.mist, np.array([2.0]), np.array([np.sin(np.radians(60))]))
+    # Metres at the base that hold as much mist as an endless path upwards.
+    base, scale, start = MIST.mist.base_m, MIST.mist.scale_m, 2.0
+    metres = max(base - start, 0.0) + scale * np.exp(-max(start - base, 0.0) / scale)
+    metres /= np.sin(np.radians(60))
     through = np.exp(-metres * mist_extinction(MIST, rgb_wavelengths()))
     variants.use(variant)
     to_sun = make.light.to_sun

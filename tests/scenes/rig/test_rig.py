@@ -1,7 +1,5 @@
 """Posable prototypes: rotations, bounds over all poses, and the compiled walk over joints."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -260,7 +258,7 @@ def test_a_kernel_is_compiled_once_whatever_kind_of_array_arrives():
 def test_sticks_ride_on_their_joints():
     people, instances = crowd(4)
     who = people[0]
-    instances = replace(instances, prototype=0 * instances.prototype)
+    instances = instances._replace(prototype=frozen(0 * instances.prototype, np.int64))
     table = who.leaf
     rows, sticks = np.divmod(np.arange(4 * len(table)), len(table))
     columns = (table.start, table.end, table.start_joint, table.end_joint)
@@ -311,5 +309,3 @@ def test_bad_rigs_are_refused():
             Rig(**{**whole, key: value})
     with pytest.raises(InputError, match="one of"):
         rig.row("third elbow")
-    with pytest.raises(InputError, match="share"):
-        people_at_rest(0, 1, 1.5)

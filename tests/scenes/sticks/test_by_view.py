@@ -16,7 +16,7 @@ from lod.pruner import BlendWeights
 from lod.view import View
 from scenes.field.part_tables import PartTables
 from scenes.ground.stand import full_detail_sticks
-from scenes.rig.rigged_prototype import rigid_prototype
+from scenes.rig.rigged_prototype import rigged
 from scenes.sticks.areas import areas_of_parts, directions, largest_area, mean_outline_areas
 from scenes.sticks.by_view import (
     AZIMUTHS_DEG,
@@ -65,7 +65,7 @@ def tree():
 
 def seen_from(prototype, height, row=0):
     """Sticks that one part shows as a leaf, and the colour of each."""
-    part_tables = PartTables.of((rigid_prototype(prototype),))
+    part_tables = PartTables.of((rigged(prototype),))
     one = np.ones(1)
     found = part_tables.sticks_of(np.array([row]), BlendWeights(0 * one, one, height * one))
     return found, part_tables.tints[found.tint]
@@ -120,7 +120,7 @@ def test_from_all_sides_alike_tones_are_their_mean():
 
 @pytest.mark.parametrize("degrees", [0.0, 90.0, 150.0])
 def test_shapes_are_as_bright_toward_each_side_as_their_table_says(tree, degrees):
-    part_tables = PartTables.of((rigid_prototype(toned(tree)),))
+    part_tables = PartTables.of((rigged(toned(tree)),))
     limbs = np.flatnonzero(tree.hierarchy.level == 1)
     one, turn = np.ones(len(limbs)), math.cos(math.radians(degrees))
     seen, plain = (
@@ -155,7 +155,7 @@ def test_between_two_tones_sticks_share_themselves_out(tree):
     """So that many of them are as bright as they should be on average, not in steps."""
     limbs = np.flatnonzero(tree.hierarchy.level == 1)
     blobs = tree.view_dependence.table_row[np.isin(tree.leaf.owner, limbs)] >= 0
-    lit, plain = (PartTables.of((rigid_prototype(each),)) for each in (toned(tree), tree))
+    lit, plain = (PartTables.of((rigged(each),)) for each in (toned(tree), tree))
     for degrees in (12.0, 17.0, 23.0):
         rise, one = np.full(len(limbs), math.sin(math.radians(degrees))), np.ones(len(limbs))
         shown = [each.sticks_of(limbs, BlendWeights(0 * one, one, rise)) for each in (lit, plain)]

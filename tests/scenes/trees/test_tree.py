@@ -148,10 +148,6 @@ class TestSeasons:
                 assert share.min() > 0.03
                 assert len(share) == 5
 
-    def test_an_unknown_season(self):
-        with pytest.raises(InputError, match=r"monsoon.*spring, summer"):
-            tree_prototypes(1, 1, tree_species("tree"), "monsoon")
-
 
 class TestLeafAppearance:
     def test_each_part_covers_what_it_hides(self):
@@ -200,10 +196,6 @@ class TestChance:
         species, pairs = tree_species("tree"), ((1, 0), (1, 1), (2, 0))
         rows = {grow_tree(species, s, k).foliage.start.tobytes() for s, k in pairs}
         assert len(rows) == 3
-
-    def test_none_at_all(self):
-        with pytest.raises(InputError, match="at least one"):
-            tree_prototypes(1, 0, tree_species("tree"))
 
 
 KINDS = list(tree_species_names())
