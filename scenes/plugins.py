@@ -56,7 +56,7 @@ def guarded() -> Iterator[None]:
 
 
 @cache
-def installed(group: str) -> Mapping[str, EntryPoint]:
+def installed(group: str) -> Mapping[str, Any]:
     """Find the entry points of a group by name, except those named as our own metrics are."""
     ours = METRICS if group == METRIC else {}
     found = entry_points(group=group)
