@@ -60,7 +60,7 @@ GUIDES = {
     "prim_index": slice(8, 9),
     "position": slice(9, 12),
 }
-"""What the aov integrator gives beside colour, and in which channels; position for motion only."""
+"""What is known of a hit beside its colour, and in which channels; position for motion only."""
 
 ORDERS = 64
 """Edges of a path through a medium, bounces and scatterings together."""
@@ -241,7 +241,6 @@ def _integrators(description: Description) -> dict[str, Any]:
         if variant_bands().is_spectral  # whose film would take a distance for a radiance
         else {"type": "depth", "block_size": BLOCK_SIZE},
         "guides": guides,
-        "all": {**guides, "image": image},
         "medium": {**image, "type": "volpath", "max_depth": ORDERS, "rr_depth": ORDERS // 4},
     }
     return {name: load_plugin(plan) for name, plan in plans.items()}

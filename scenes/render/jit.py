@@ -11,10 +11,8 @@ from scenes.frame.frame_input import Quality, SampleWatch, sampler_seed
 from scenes.render.build import GUIDES, BuiltScene, pinhole, sensor
 from scenes.render.camera_rays import pixel_sums, sample_groups, sample_rays
 from scenes.render.haze import Haze, JitArrays, air_along
+from scenes.render.integrator import trace_guides, trace_paths
 from scenes.render.samples import Samples
-
-_IMAGE_CHANNELS = 4
-"""R, G, B and A of the image come before the guides."""
 
 
 def render_jit(
@@ -58,8 +56,7 @@ def _wavefront(
         # has in the whole picture.
         traced = mi.Bool(total.window.share(pixels, total.width)[0].repeat(spp))
     # Radiance and what was met, of every sample; then the air in between.
-    colour, _, values = built.integrators["all"].sample(built.scene, sampler, ray, None, traced)
-    guides = values[_IMAGE_CHANNELS:]
+    colour, guides = trace_paths(built, sampler, ray, traced)
     finite = dr.all(dr.isfinite(colour))
     below_horizon = ray.d.z <= haze.horizon_sine
     transmittance, added = air_along(haze, guides[0], ray.d, below_horizon, JitArrays)
@@ -77,8 +74,7 @@ def _wavefront(
         return
     if camera["lens"]:  # what one ray of each pixel meets through the centre of the lens
         view, single = sensor(pinhole(camera)), replace(group, spp=1)
-        sampler, ray = sample_rays(view, camera["size"], pixels, single)
-        _, _, guides = built.integrators["guides"].sample(built.scene, sampler, ray)
+        guides = trace_guides(built, sample_rays(view, camera["size"], pixels, single)[1])
         dr.eval(guides)
         chosen = [np.array(guide) for guide in guides]
     else:
