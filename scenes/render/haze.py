@@ -1,9 +1,9 @@
 """Transmittance T and airlight L_air of the air along rays, for L·T + L_air·(1 − T).
 
 This is Koschmieder's law (1924) with T = exp(−∫β); β has one value for each band of the picture.
-``air_along`` alone says what T and the added light of a ray are. drivers/jit.py calls it for single
-samples, on Dr.Jit arrays, and drivers/scalar_passes.py for means over pixels, on NumPy arrays.
-drivers/volpath.py does not: there the renderer traces the air itself as a medium.
+``air_along`` alone says what T and the added light of a ray are. jit.py calls it for single samples,
+on Dr.Jit arrays, and scalar_passes.py for means over pixels, on NumPy arrays; neither does where
+the renderer traces the air itself as a medium.
 
 With analytic haze L_air is the sky's radiance at the horizon in the ray's azimuth. A ray that meets
 nothing has T = 0 below the elevation ``HORIZON_DEG`` and shows the airlight alone. Above it the ray

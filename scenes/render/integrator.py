@@ -18,26 +18,40 @@ _ROULETTE_DEPTH = 5
 """Edges of a path after which Russian roulette decides whether it goes on, as in Mitsuba."""
 
 
-def trace_guides(built: BuiltScene, ray: Any) -> list[Any]:
-    """Trace what rays meet first, one array for each channel of build.GUIDES; 0 where nothing."""
-    si = _hit(built.scene, ray, True).compute_surface_interaction(ray, mi.RayFlags.ShadingFrame)
-    return _guides(built, si)
+def trace_guides(built: BuiltScene, ray: Any, traced: Any) -> tuple[list[Any], tuple[Any, Any]]:
+    """Trace what those rays meet first that are ``traced``.
+
+    Gives an array for each channel of build.GUIDES, 0 where nothing is met; and the hit itself,
+    found and completed. Of a box that bends no light nothing is said.
+    """
+    hit = built.scene.ray_intersect_preliminary(ray, coherent=True, active=traced)
+    si = hit.compute_surface_interaction(ray, mi.RayFlags.ShadingFrame, traced)
+    bsdf = si.bsdf()
+    met = si.is_valid() & ~mi.has_flag(bsdf.flags(), mi.BSDFFlags.Null)
+    numbers = dr.reinterpret_array(mi.UInt32, si.shape), si.prim_index
+    albedo = bsdf.eval_diffuse_reflectance(si, met)
+    found = [si.t, *si.sh_frame.n, *albedo, *map(mi.Float, numbers)]
+    if built.description["after"]:
+        found += [*si.p]
+    return [dr.select(met, value, 0.0) for value in found], (hit, si)
 
 
 def trace_paths(built: BuiltScene, sampler: Any, ray: Any, traced: Any) -> tuple[Any, list[Any]]:
     """Trace the radiance along those rays that are ``traced``, and guides as ``trace_guides`` does.
 
-    The paths have at most as many edges as the description's ``max_depth`` says, without haze.
+    The paths have at most as many edges as the description's ``max_depth`` says. There is no air,
+    but a medium, through which the renderer traces them.
     """
+    guides, (hit, si) = trace_guides(built, ray, traced)
     scene, edges = built.scene, built.description["integrator"]["max_depth"]
+    if built.medium:
+        light, _, _ = built.integrators["medium"].sample(scene, sampler, ray, built.medium, traced)
+        return light, guides
     lights = _Lights(scene)
-    ray, traced = mi.Ray3f(ray), mi.Bool(traced)
-    hit = _hit(scene, ray, traced)
-    si = hit.compute_surface_interaction(ray, mi.RayFlags.ShadingFrame, traced)
     light = lights.emitted(si, si.is_valid())
     # What is left of a path where it meets the sky, and its direction there: it meets it once.
-    at_sky = dr.select(traced & ~si.is_valid(), mi.Color3f(1.0), 0.0), mi.Vector3f(ray.d)
-    left, edge = mi.Color3f(1.0), mi.UInt32(1)
+    at_sky = mi.Color3f(dr.select(traced & ~si.is_valid(), 1.0, 0.0)), mi.Vector3f(ray.d)
+    ray, left, edge = mi.Ray3f(ray), mi.Color3f(1.0), mi.UInt32(1)
 
     def go_on(sampler: Any, ray: Any, hit: Any, active: Any, *sums: Any, last: bool = False) -> Any:
         left, light, (share, direction), edge = sums
@@ -74,21 +88,7 @@ def trace_paths(built: BuiltScene, sampler: Any, ray: Any, traced: Any) -> tuple
     *_, light, (share, direction), _ = state
     sky = dr.zeros(mi.SurfaceInteraction3f, dr.width(direction))
     sky.wi = -direction
-    return light + share * scene.environment().eval(sky), _guides(built, si)
-
-
-def _hit(scene: Any, ray: Any, traced: Any) -> Any:
-    return scene.ray_intersect_preliminary(ray, coherent=True, active=traced)
-
-
-def _guides(built: BuiltScene, si: Any) -> list[Any]:
-    met = si.is_valid()
-    albedo = si.bsdf().eval_diffuse_reflectance(si, met)
-    numbers = dr.reinterpret_array(mi.UInt32, si.shape), si.prim_index
-    found = [si.t, *si.sh_frame.n, *albedo, *map(mi.Float, numbers)]
-    if built.description["after"]:
-        found += [*si.p]
-    return [dr.select(met, value, 0.0) for value in found]
+    return light + share * scene.environment().eval(sky), guides
 
 
 class _Lights:

@@ -55,12 +55,14 @@ def _wavefront(
         # Rays beside the window are seeded all the same, so that each pixel has the samples that it
         # has in the whole picture.
         traced = mi.Bool(total.window.share(pixels, total.width)[0].repeat(spp))
-    # Radiance and what was met, of every sample; then the air in between.
+    # Radiance and what was met, of every sample; then the air in between, where it is no medium.
     colour, guides = trace_paths(built, sampler, ray, traced)
     finite = dr.all(dr.isfinite(colour))
-    below_horizon = ray.d.z <= haze.horizon_sine
-    transmittance, added = air_along(haze, guides[0], ray.d, below_horizon, JitArrays)
-    colour = dr.fma(dr.select(finite, colour, 0.0), transmittance, added)
+    colour = dr.select(finite, colour, 0.0)
+    if not built.medium:
+        below_horizon = ray.d.z <= haze.horizon_sine
+        transmittance, added = air_along(haze, guides[0], ray.d, below_horizon, JitArrays)
+        colour = dr.fma(colour, transmittance, added)
     # All outputs together, or every channel would trace the scene again.
     bad = dr.select(finite, mi.UInt32(0), mi.UInt32(1))
     dr.eval(colour, guides, bad)
@@ -70,14 +72,10 @@ def _wavefront(
     if group.coverage:
         every = np.stack([np.array(guide) for guide in guides], axis=-1)
         total.count_objects(built, pixels, every.reshape(-1, spp, len(guides)))
-    if not keep:
-        return
-    if camera["lens"]:  # what one ray of each pixel meets through the centre of the lens
-        view, single = sensor(pinhole(camera)), replace(group, spp=1)
-        guides = trace_guides(built, sample_rays(view, camera["size"], pixels, single)[1])
-        dr.eval(guides)
-        chosen = [np.array(guide) for guide in guides]
-    else:
-        first = dr.arange(mi.UInt32, pixels.stop - pixels.start) * spp
-        chosen = [np.array(dr.gather(mi.Float, guide, first)) for guide in guides]
-    total.keep(pixels, np.stack(chosen, axis=-1))
+    if keep:
+        if camera["lens"]:  # what one ray of each pixel meets through the centre of the lens
+            view, spp = sensor(pinhole(camera)), 1
+            _, ray = sample_rays(view, camera["size"], pixels, replace(group, spp=spp))
+            guides, _ = trace_guides(built, ray, traced=True)
+            dr.eval(guides)
+        total.keep(pixels, np.stack([np.array(guide)[::spp] for guide in guides], axis=-1))

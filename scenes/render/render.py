@@ -94,7 +94,7 @@ def trace(
     from scenes.render.samples import make_layers
 
     start = time.perf_counter()
-    samples = _driver(built.variant, quality.haze)(built.scene, built.haze, quality, frame, watch)
+    samples = _driver(built.variant)(built.scene, built.haze, quality, frame, watch)
     seconds = {**built.seconds, "trace": time.perf_counter() - start}
     flush_memory()
     return make_layers(samples, built.scene, seconds, built.statistics)
@@ -118,12 +118,7 @@ def move_camera(
     return replace(built, scene=scene, haze=haze, seconds=seconds)
 
 
-def _driver(variant: str, haze: str) -> Callable[..., Any]:
-    """Choose the driver that suits the variant and the kind of haze."""
-    if haze == "medium":
-        from scenes.render.volpath import render_medium
-
-        return render_medium
+def _driver(variant: str) -> Callable[..., Any]:
     if variant.startswith("scalar_") or variant.endswith("_spectral"):
         from scenes.render.scalar_passes import render_passes
 
