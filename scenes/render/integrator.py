@@ -1,10 +1,9 @@
 """Paths of light in a JIT variant: what camera rays meet, and the radiance that comes along them.
 
-Everything in a scene is diffuse, and that is made use of. The sun is sampled at every vertex, and
-so is one of the surfaces that give light, if there are any; the sky is met only by rays that a
-surface sends by its own law, of the cosine. The guides are of the path's own first hit. The ray
-behind the last vertex asks only whether it meets anything: what it would meet sends no more light
-that counts. Estimates have the mean of Mitsuba's ``path`` of the same depth.
+All is diffuse. The sun is sampled at every vertex, and so is one of the surfaces that give light,
+if there are any; the sky is met only by rays that surfaces send by the law of the cosine. Guides
+are of the path's own first hit. The ray behind the last vertex asks only whether it meets anything:
+that would send no light that counts. Means are those of Mitsuba's ``path`` of the same depth.
 """
 
 from typing import Any
@@ -77,7 +76,7 @@ def trace_paths(built: BuiltScene, sampler: Any, ray: Any, traced: Any) -> tuple
         if edges > _ROULETTE_DEPTH + 1:
             survival, decide = dr.minimum(dr.max(left), 0.95), edge > _ROULETTE_DEPTH
             active &= ~decide | (sampler.next_1d(active) < survival)
-            left = dr.select(decide, left / survival, left)
+            left = dr.select(decide & active, left / survival, left)
         return sampler, ray, hit, active, left, light, (share, direction), edge
 
     state = sampler, ray, hit, si.is_valid(), left, light, at_sky, edge
@@ -96,7 +95,7 @@ class _Lights:
 
     def __init__(self, scene: Any) -> None:
         self._scene = scene
-        names = [emitter.id() for emitter in scene.emitters()]
+        names = [each.id() for each in scene.emitters()]
         self._sun = scene.emitters()[names.index("sun")]
         self.surfaces = [row for row, name in enumerate(names) if name not in ("sky", "sun")]
         self._count = dr.opaque(mi.Float, len(self.surfaces))
@@ -115,13 +114,13 @@ class _Lights:
             number = mi.UInt32(dr.minimum(which, self._count - 1))
             row = dr.gather(mi.UInt32, mi.UInt32(self.surfaces), number, active)
             emitter = dr.gather(mi.EmitterPtr, self._scene.emitters_dr(), row, active)
-            place = mi.Point2f(which - number, across)
-            there, weight = emitter.sample_direction(si, place, active)
-            share = self._seen(
-                si, side, there.d, si.spawn_ray_to(there.p), active & (there.pdf > 0)
+            at = mi.Point2f(which - number, across)
+            there, weight = emitter.sample_direction(si, at, active)
+            share = self._seen(si, side, there.d, si.spawn_ray_to(there.p), active)
+            chance = there.pdf / self._count  # 0 behind the surface
+            light += (
+                dr.select(chance > 0, share * weight * _power(chance, share), 0.0) * self._count
             )
-            chance = _power(there.pdf / self._count, share)
-            light += share * chance * weight * self._count
         return light
 
     def met(self, si: Any, ray: Any, hit: Any, density: Any, active: Any) -> Any:

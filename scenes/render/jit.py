@@ -31,23 +31,24 @@ def render_jit(
         for pixels, taken in total.runs(camera["size"][1], step):
             seed = sampler_seed(quality.seed, frame, number, pixels.start)
             group = replace(quality, spp=spp, seed=seed)
-            _wavefront(built, haze, view, total, group, pixels, keep=number == 0)
+            first = _add_run(total, built, haze, view, pixels, group)
+            if number == 0:
+                if camera["lens"]:  # what one ray of each pixel meets through the lens's centre
+                    single = replace(group, spp=1)
+                    _, ray = sample_rays(sensor(pinhole(camera)), camera["size"], pixels, single)
+                    dr.eval(guides := trace_guides(built, ray, traced=True)[0])
+                    first = np.stack([np.array(guide) for guide in guides], axis=-1)
+                total.keep(pixels, first)
             watch(spp * taken)
     total.rgb /= quality.spp
     total.albedo /= quality.spp
     return total
 
 
-def _wavefront(
-    built: BuiltScene,
-    haze: Haze,
-    view: Any,
-    total: Samples,
-    group: Quality,
-    pixels: slice,
-    keep: bool,
-) -> None:
-    """Add a group of samples of each pixel of a run to ``total``."""
+def _add_run(
+    total: Samples, built: BuiltScene, haze: Haze, view: Any, pixels: slice, group: Quality
+) -> np.ndarray:
+    """Add a group of samples of each pixel of a run; gives the first's guides, (n, channels)."""
     camera, spp = built.description["camera"], group.spp
     sampler, ray = sample_rays(view, camera["size"], pixels, group)
     traced: Any = True
@@ -55,7 +56,7 @@ def _wavefront(
         # Rays beside the window are seeded all the same, so that each pixel has the samples that it
         # has in the whole picture.
         traced = mi.Bool(total.window.share(pixels, total.width)[0].repeat(spp))
-    # Radiance and what was met, of every sample; then the air in between, where it is no medium.
+    # Radiance and what was met, of every sample; then the air between, unless it is a medium.
     colour, guides = trace_paths(built, sampler, ray, traced)
     finite = dr.all(dr.isfinite(colour))
     colour = dr.select(finite, colour, 0.0)
@@ -72,10 +73,4 @@ def _wavefront(
     if group.coverage:
         every = np.stack([np.array(guide) for guide in guides], axis=-1)
         total.count_objects(built, pixels, every.reshape(-1, spp, len(guides)))
-    if keep:
-        if camera["lens"]:  # what one ray of each pixel meets through the centre of the lens
-            view, spp = sensor(pinhole(camera)), 1
-            _, ray = sample_rays(view, camera["size"], pixels, replace(group, spp=spp))
-            guides, _ = trace_guides(built, ray, traced=True)
-            dr.eval(guides)
-        total.keep(pixels, np.stack([np.array(guide)[::spp] for guide in guides], axis=-1))
+    return np.stack([np.array(guide)[::spp] for guide in guides], axis=-1)

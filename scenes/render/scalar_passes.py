@@ -95,7 +95,7 @@ class _Band:
 
     def _image(self) -> np.ndarray:
         """Mean radiance without air, of stratified samples, (h, w, bands)."""
-        count = len(self.haze.wavelengths)
+        count = len(self.haze.bands.wavelengths)
         total = np.zeros((self.rows[1] - self.rows[0], self.camera["size"][0], count))
         for number, spp in enumerate(sample_groups(self.spp)):
             name = "medium" if self.built.medium else "image"
@@ -115,7 +115,7 @@ class _Band:
 
     def _mean_haze(self, below_horizon: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Mean T of each pixel, and mean light that the air adds, (h, w, bands) each."""
-        sums = np.zeros((2, *below_horizon.shape[:2], len(self.haze.wavelengths)))
+        sums = np.zeros((2, *below_horizon.shape[:2], len(self.haze.bands.wavelengths)))
         for number, side in enumerate(square_sides(self.spp)):
             found = self._ray_haze(_DISTANCE, number, side, below_horizon)
             sums += np.stack([_pixel_sum(each, side) for each in found])

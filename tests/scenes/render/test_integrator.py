@@ -131,7 +131,8 @@ def flame(make, at, glows=((3.0, 1.0, 0.2), (0.5, 0.2, 0.1))):
 
 def crowded(make):
     spots = [(x, y, z) for x in np.arange(-4, 4.1, 1.0) for y in (8, 11) for z in (0.4, 1.6)]
-    return [make.balls(spots, radius=0.45), make.ground(), make.wall(30, 0.7)]
+    black = make.balls([(0.5, 9.5, 1.0), (-2.5, 9.5, 1.0)], 0.6, 0.0, "black")
+    return [make.balls(spots, radius=0.45, albedo=0.8), black, make.ground(), make.wall(30, 0.7)]
 
 
 def both_ways(make, jit, displayed, max_depth, moving=False):
