@@ -54,13 +54,13 @@ def _opaque(values: np.ndarray) -> Any:
 
 GUIDES = {
     "depth": slice(0, 1),
-    "normal": slice(1, 4),
+    "sh_normal": slice(1, 4),
     "albedo": slice(4, 7),
     "shape_index": slice(7, 8),
     "prim_index": slice(8, 9),
     "position": slice(9, 12),
 }
-"""What the aov integrator gives beside colour, and in which channels; position for motion only."""
+"""What is known of a hit beside its colour, and in which channels; position for motion only."""
 
 ORDERS = 64
 """Edges of a path through a medium, bounces and scatterings together."""
@@ -124,14 +124,8 @@ def build_scene(description: Description) -> BuiltScene:
     scalar = str(mi.variant()).startswith("scalar_")
     lights = {"sky": surroundings(description["light"]), "sun": sun(description["light"])}
     if box := description.get(MEDIUM):
-        plan = {
-            "type": "homogeneous",
-            "sigma_t": {"type": "rgb", "value": box["beta"].tolist()},
-            "albedo": {"type": "rgb", "value": [box["albedo"]] * 3},
-            "phase": {"type": "hg", "g": box["asymmetry"]},
-        }
-        medium = load_plugin(plan)
-        contents[MEDIUM] = _box(box, medium)
+        contents[MEDIUM] = _box(box)
+        medium = contents[MEDIUM].interior_medium()
     with tempfile.TemporaryDirectory() as folder:
         stub = Path(folder) / "stub.txt"
         stub.write_text("0 0 0 1\n0 0 1 1\n")
@@ -231,28 +225,27 @@ def _responses() -> Description:
 def _integrators(description: Description) -> dict[str, Any]:
     max_depth = description["integrator"]["max_depth"]
     image = {"type": "path", "max_depth": max_depth, "block_size": BLOCK_SIZE}
-    names = {"depth": "depth", "normal": "sh_normal"}
     asked = [name for name in GUIDES if name != "position" or description["after"]]
-    aovs = ",".join(f"{name}:{names.get(name, name)}" for name in asked)
-    guides = {"type": "aov", "aovs": aovs, "block_size": BLOCK_SIZE}
+    aovs = {"type": "aov", "block_size": BLOCK_SIZE}
     plans = {
         "image": image,
-        "distance": {"type": "aov", "aovs": "depth:depth", "block_size": BLOCK_SIZE}
-        if variant_bands().is_spectral  # whose film would take a distance for a radiance
-        else {"type": "depth", "block_size": BLOCK_SIZE},
-        "guides": guides,
-        "all": {**guides, "image": image},
+        "distance": {**aovs, "aovs": "depth:depth"},
+        "guides": {**aovs, "aovs": ",".join(f"{name}:{name}" for name in asked)},
         "medium": {**image, "type": "volpath", "max_depth": ORDERS, "rr_depth": ORDERS // 4},
     }
     return {name: load_plugin(plan) for name, plan in plans.items()}
 
 
-def _box(box: Description, medium: Any) -> Any:
-    """Twelve triangles about the origin that bend no light."""
+def _box(box: Description) -> Any:
+    """Twelve triangles about the origin that bend no light, around air that scatters it."""
+    air = {
+        "type": "homogeneous",
+        "sigma_t": {"type": "rgb", "value": box["beta"].tolist()},
+        "albedo": {"type": "rgb", "value": [box["albedo"]] * 3},
+        "phase": {"type": "hg", "g": box["asymmetry"]},
+    }
     middle, half = (box["top"] + box["bottom"]) / 2, (box["top"] - box["bottom"]) / 2
     side = box["side"] / 2
     place = mi.ScalarTransform4f().translate([0, 0, middle]).scale([side, side, half])
-    null = {"type": "null"}
-    return load_plugin(
-        {"type": "cube", "id": MEDIUM, "to_world": place, "bsdf": null, "interior": medium}
-    )
+    cube = {"type": "cube", "id": MEDIUM, "to_world": place, "interior": air}
+    return load_plugin({**cube, "bsdf": {"type": "null"}})

@@ -1,9 +1,9 @@
 """Transmittance T and airlight L_air of the air along rays, for L·T + L_air·(1 − T).
 
 This is Koschmieder's law (1924) with T = exp(−∫β); β has one value for each band of the picture.
-``air_along`` alone says what T and the added light of a ray are. drivers/jit.py calls it for single
-samples, on Dr.Jit arrays, and drivers/scalar_passes.py for means over pixels, on NumPy arrays.
-drivers/volpath.py does not: there the renderer traces the air itself as a medium.
+``air_along`` alone says what T and the added light of a ray are. jit.py calls it for samples, on
+Dr.Jit arrays, and scalar_passes.py for means over pixels, on NumPy arrays; neither does where the
+renderer traces the air itself as a medium.
 
 With analytic haze L_air is the sky's radiance at the horizon in the ray's azimuth. A ray that meets
 nothing has T = 0 below the elevation ``HORIZON_DEG`` and shows the airlight alone. Above it the ray
@@ -60,11 +60,6 @@ class Haze:
     sun: np.ndarray
     sun_cosine: float
 
-    @property
-    def wavelengths(self) -> np.ndarray:
-        """Effective wavelengths of the bands [nm], (bands,)."""
-        return self.bands.wavelengths
-
 
 def make_haze(built: BuiltScene, air: Air) -> Haze:
     """Make the haze of a built scene, with scattered light where the scene has a layer."""
@@ -105,34 +100,15 @@ class NumpyArrays:
     clip: Any = np.clip
     atan2: Any = np.arctan2
     mulsign: Any = np.copysign
-
-    @staticmethod
-    def fma(a: Any, b: Any, c: Any) -> Any:
-        return a * b + c
-
-    @staticmethod
-    def dot(direction: Direction, vector: np.ndarray) -> Any:
-        return direction.x * vector[0] + direction.y * vector[1] + direction.z * vector[2]
-
-    @staticmethod
-    def number(value: float) -> Any:
-        return value
-
-    @staticmethod
-    def colour(values: np.ndarray) -> Any:
-        return values
-
-    @staticmethod
-    def index(values: Any) -> Any:
-        return values.astype(np.int64)
-
-    @staticmethod
-    def table(values: np.ndarray) -> Any:
-        return values.reshape(-1, values.shape[-1])
-
-    @staticmethod
-    def take(table: Any, index: Any) -> Any:
-        return table[index[..., 0]]
+    fma: Any = staticmethod(lambda a, b, c: a * b + c)
+    dot: Any = staticmethod(
+        lambda way, vector: sum(x * y for x, y in zip(way, vector, strict=True))
+    )
+    number: Any = staticmethod(lambda value: value)
+    colour: Any = staticmethod(lambda values: values)
+    index: Any = staticmethod(lambda values: values.astype(np.int64))
+    table: Any = staticmethod(lambda values: values.reshape(-1, values.shape[-1]))
+    take: Any = staticmethod(lambda table, index: table[index[..., 0]])
 
     @staticmethod
     def mean_exponential(x: Any) -> Any:
@@ -149,30 +125,14 @@ class JitArrays(NumpyArrays):
     select, exp, log, sqrt, floor = dr.select, dr.exp, dr.log, dr.sqrt, dr.floor
     minimum, maximum, clip, atan2, mulsign = dr.minimum, dr.maximum, dr.clip, dr.atan2, dr.mulsign
     fma: Any = staticmethod(dr.fma)
-
-    @staticmethod
-    def dot(direction: Any, vector: np.ndarray) -> Any:
-        return dr.dot(direction, mi.Vector3f(JitArrays.colour(vector)))
-
-    @staticmethod
-    def number(value: float) -> Any:
-        return dr.opaque(mi.Float, value)
-
-    @staticmethod
-    def colour(values: np.ndarray) -> Any:
-        return mi.Color3f([dr.opaque(mi.Float, float(value)) for value in values])
-
-    @staticmethod
-    def index(values: Any) -> Any:
-        return mi.UInt32(values)
-
-    @staticmethod
-    def table(values: np.ndarray) -> Any:
-        return mi.Float(values.astype(np.float32).reshape(-1))
-
-    @staticmethod
-    def take(table: Any, index: Any) -> Any:
-        return dr.gather(mi.Color3f, table, index)
+    dot: Any = staticmethod(lambda way, vector: dr.dot(way, mi.Vector3f(JitArrays.colour(vector))))
+    number: Any = staticmethod(lambda value: dr.opaque(mi.Float, value))
+    colour: Any = staticmethod(
+        lambda values: mi.Color3f(*map(JitArrays.number, map(float, values)))
+    )
+    index: Any = staticmethod(lambda values: mi.UInt32(values))
+    table: Any = staticmethod(lambda values: mi.Float(values.astype(np.float32).reshape(-1)))
+    take: Any = staticmethod(lambda table, index: dr.gather(mi.Color3f, table, index))
 
     @staticmethod
     def mean_exponential(x: Any) -> Any:
@@ -192,12 +152,12 @@ def air_along(
     The sun's disc is among what is added where the sky is open.
     """
     met = distance > 0
-    depth = distance * of.colour(haze_extinction(haze.air, haze.wavelengths))
+    depth = distance * of.colour(haze_extinction(haze.air, haze.bands.wavelengths))
     if haze.air.mist:
         metres = _mist_equivalent_length(
             haze.air.mist, haze.eye_m, distance, direction.z, haze.horizon_sine, of
         )
-        depth = depth + metres * of.colour(mist_extinction(haze.air, haze.wavelengths))
+        depth = depth + metres * of.colour(mist_extinction(haze.air, haze.bands.wavelengths))
     transmittance = of.exp(-depth)
     airlight = _airlight(haze, direction, of.select(met, distance, _NO_END), of)
     disc = of.dot(direction, haze.to_sun) > haze.sun_cosine

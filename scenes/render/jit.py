@@ -11,10 +11,8 @@ from scenes.frame.frame_input import Quality, SampleWatch, sampler_seed
 from scenes.render.build import GUIDES, BuiltScene, pinhole, sensor
 from scenes.render.camera_rays import pixel_sums, sample_groups, sample_rays
 from scenes.render.haze import Haze, JitArrays, air_along
+from scenes.render.integrator import trace_guides, trace_paths
 from scenes.render.samples import Samples
-
-_IMAGE_CHANNELS = 4
-"""R, G, B and A of the image come before the guides."""
 
 
 def render_jit(
@@ -33,23 +31,24 @@ def render_jit(
         for pixels, taken in total.runs(camera["size"][1], step):
             seed = sampler_seed(quality.seed, frame, number, pixels.start)
             group = replace(quality, spp=spp, seed=seed)
-            _wavefront(built, haze, view, total, group, pixels, keep=number == 0)
+            first = _add_run(total, built, haze, view, pixels, group)
+            if number == 0:
+                if camera["lens"]:  # what one ray of each pixel meets through the lens's centre
+                    single = replace(group, spp=1)
+                    _, ray = sample_rays(sensor(pinhole(camera)), camera["size"], pixels, single)
+                    dr.eval(guides := trace_guides(built, ray, traced=True)[0])
+                    first = np.stack([np.array(guide) for guide in guides], axis=-1)
+                total.keep(pixels, first)
             watch(spp * taken)
     total.rgb /= quality.spp
     total.albedo /= quality.spp
     return total
 
 
-def _wavefront(
-    built: BuiltScene,
-    haze: Haze,
-    view: Any,
-    total: Samples,
-    group: Quality,
-    pixels: slice,
-    keep: bool,
-) -> None:
-    """Add a group of samples of each pixel of a run to ``total``."""
+def _add_run(
+    total: Samples, built: BuiltScene, haze: Haze, view: Any, pixels: slice, group: Quality
+) -> np.ndarray:
+    """Add a group of samples of each pixel of a run; gives the first's guides, (n, channels)."""
     camera, spp = built.description["camera"], group.spp
     sampler, ray = sample_rays(view, camera["size"], pixels, group)
     traced: Any = True
@@ -57,13 +56,14 @@ def _wavefront(
         # Rays beside the window are seeded all the same, so that each pixel has the samples that it
         # has in the whole picture.
         traced = mi.Bool(total.window.share(pixels, total.width)[0].repeat(spp))
-    # Radiance and what was met, of every sample; then the air in between.
-    colour, _, values = built.integrators["all"].sample(built.scene, sampler, ray, None, traced)
-    guides = values[_IMAGE_CHANNELS:]
+    # Radiance and what was met, of every sample; then the air between, unless it is a medium.
+    colour, guides = trace_paths(built, sampler, ray, traced)
     finite = dr.all(dr.isfinite(colour))
-    below_horizon = ray.d.z <= haze.horizon_sine
-    transmittance, added = air_along(haze, guides[0], ray.d, below_horizon, JitArrays)
-    colour = dr.fma(dr.select(finite, colour, 0.0), transmittance, added)
+    colour = dr.select(finite, colour, 0.0)
+    if not built.medium:
+        below_horizon = ray.d.z <= haze.horizon_sine
+        transmittance, added = air_along(haze, guides[0], ray.d, below_horizon, JitArrays)
+        colour = dr.fma(colour, transmittance, added)
     # All outputs together, or every channel would trace the scene again.
     bad = dr.select(finite, mi.UInt32(0), mi.UInt32(1))
     dr.eval(colour, guides, bad)
@@ -73,15 +73,4 @@ def _wavefront(
     if group.coverage:
         every = np.stack([np.array(guide) for guide in guides], axis=-1)
         total.count_objects(built, pixels, every.reshape(-1, spp, len(guides)))
-    if not keep:
-        return
-    if camera["lens"]:  # what one ray of each pixel meets through the centre of the lens
-        view, single = sensor(pinhole(camera)), replace(group, spp=1)
-        sampler, ray = sample_rays(view, camera["size"], pixels, single)
-        _, _, guides = built.integrators["guides"].sample(built.scene, sampler, ray)
-        dr.eval(guides)
-        chosen = [np.array(guide) for guide in guides]
-    else:
-        first = dr.arange(mi.UInt32, pixels.stop - pixels.start) * spp
-        chosen = [np.array(dr.gather(mi.Float, guide, first)) for guide in guides]
-    total.keep(pixels, np.stack(chosen, axis=-1))
+    return np.stack([np.array(guide)[::spp] for guide in guides], axis=-1)

@@ -94,7 +94,11 @@ def trace(
     from scenes.render.samples import make_layers
 
     start = time.perf_counter()
-    samples = _driver(built.variant, quality.haze)(built.scene, built.haze, quality, frame, watch)
+    if built.variant.startswith("scalar_") or built.variant.endswith("_spectral"):
+        from scenes.render.scalar_passes import render_passes as driver
+    else:
+        from scenes.render.jit import render_jit as driver
+    samples = driver(built.scene, built.haze, quality, frame, watch)
     seconds = {**built.seconds, "trace": time.perf_counter() - start}
     flush_memory()
     return make_layers(samples, built.scene, seconds, built.statistics)
@@ -116,21 +120,6 @@ def move_camera(
     haze = make_haze(scene, air)
     seconds = {"describe": 0.0, "build": time.perf_counter() - start}
     return replace(built, scene=scene, haze=haze, seconds=seconds)
-
-
-def _driver(variant: str, haze: str) -> Callable[..., Any]:
-    """Choose the driver that suits the variant and the kind of haze."""
-    if haze == "medium":
-        from scenes.render.volpath import render_medium
-
-        return render_medium
-    if variant.startswith("scalar_") or variant.endswith("_spectral"):
-        from scenes.render.scalar_passes import render_passes
-
-        return render_passes
-    from scenes.render.jit import render_jit
-
-    return render_jit
 
 
 def _statistics(description: Description) -> dict[str, int]:

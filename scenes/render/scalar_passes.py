@@ -79,6 +79,9 @@ class _Band:
         """Picture in its air, linear Rec.709, (h, w, 3), and number of pixels not finite."""
         image = self._image()
         bad = ~np.isfinite(image)
+        replaced = int(np.count_nonzero(bad.any(axis=-1)))
+        if self.built.medium:  # the renderer has traced the air along with the rest
+            return np.where(bad, 0.0, image), replaced
         # A pixel whose centre is above the horizon by less than half its diagonal has rays that go
         # below it, where the sky that the renderer traces is black: it shows the airlight, too.
         directions = pixel_directions(self.camera, 1, self.rows)
@@ -88,14 +91,15 @@ class _Band:
         picture = transmittance * np.where(bad, 0.0, image) + added
         if self.spp > 1:
             picture += self._correction(below_horizon, transmittance)
-        return picture @ self.haze.bands.to_rgb, int(np.count_nonzero(bad.any(axis=-1)))
+        return picture @ self.haze.bands.to_rgb, replaced
 
     def _image(self) -> np.ndarray:
         """Mean radiance without air, of stratified samples, (h, w, bands)."""
-        count = len(self.haze.wavelengths)
+        count = len(self.haze.bands.wavelengths)
         total = np.zeros((self.rows[1] - self.rows[0], self.camera["size"][0], count))
         for number, spp in enumerate(sample_groups(self.spp)):
-            total += spp * self._trace("image", 1, spp, _IMAGE, number)
+            name = "medium" if self.built.medium else "image"
+            total += spp * self._trace(name, 1, spp, _IMAGE, number)
         return total / self.spp
 
     @property
@@ -111,7 +115,7 @@ class _Band:
 
     def _mean_haze(self, below_horizon: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Mean T of each pixel, and mean light that the air adds, (h, w, bands) each."""
-        sums = np.zeros((2, *below_horizon.shape[:2], len(self.haze.wavelengths)))
+        sums = np.zeros((2, *below_horizon.shape[:2], len(self.haze.bands.wavelengths)))
         for number, side in enumerate(square_sides(self.spp)):
             found = self._ray_haze(_DISTANCE, number, side, below_horizon)
             sums += np.stack([_pixel_sum(each, side) for each in found])
@@ -161,11 +165,16 @@ class _Band:
         """
         rows = (self.rows[0] * side, self.rows[1] * side)
         spectrum = name == "image" and self.haze.bands.is_spectral
-        view = sensor(self.camera, side, rows, spp, spectrum=spectrum)
+        view = sensor(self.camera, side, rows, spp, self.built.medium, spectrum)
         seed = sampler_seed(*self.seed, 0 if self.spp == 1 else stage, number)
         chosen = self.built.integrators[name]
         image = mi.render(self.built.scene, sensor=view, integrator=chosen, spp=spp, seed=seed)
-        return np.array(image)
+        found = np.array(image)
+        if self.built.medium and name == "guides":
+            shape, prim = (found[..., GUIDES[k].start] for k in ("shape_index", "prim_index"))
+            # Object 0 is the box around the medium: a ray that meets only that met nothing.
+            found[self.built.hit_ids(shape, prim)[..., 0] == 0] = 0.0
+        return found
 
 
 def _pixel_sum(film: np.ndarray, side: int) -> np.ndarray:
