@@ -101,9 +101,7 @@ class NumpyArrays:
     atan2: Any = np.arctan2
     mulsign: Any = np.copysign
     fma: Any = staticmethod(lambda a, b, c: a * b + c)
-    dot: Any = staticmethod(
-        lambda way, vector: sum(x * y for x, y in zip(way, vector, strict=True))
-    )
+    dot: Any = staticmethod(lambda d, v: d.x * v[0] + d.y * v[1] + d.z * v[2])
     number: Any = staticmethod(lambda value: value)
     colour: Any = staticmethod(lambda values: values)
     index: Any = staticmethod(lambda values: values.astype(np.int64))
@@ -127,9 +125,7 @@ class JitArrays(NumpyArrays):
     fma: Any = staticmethod(dr.fma)
     dot: Any = staticmethod(lambda way, vector: dr.dot(way, mi.Vector3f(JitArrays.colour(vector))))
     number: Any = staticmethod(lambda value: dr.opaque(mi.Float, value))
-    colour: Any = staticmethod(
-        lambda values: mi.Color3f(*map(JitArrays.number, map(float, values)))
-    )
+    colour: Any = staticmethod(lambda v: mi.Color3f(*map(JitArrays.number, map(float, v))))
     index: Any = staticmethod(lambda values: mi.UInt32(values))
     table: Any = staticmethod(lambda values: mi.Float(values.astype(np.float32).reshape(-1)))
     take: Any = staticmethod(lambda table, index: dr.gather(mi.Color3f, table, index))

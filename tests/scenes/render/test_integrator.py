@@ -217,7 +217,7 @@ def test_guides_are_those_of_mitsuba_to_the_bit_and_means_within_noise(make, jit
 
 
 def test_other_light_compiles_nothing_anew(make, jit):
-    """Of the sun, its hour and place; of flames, how many shine and how bright they are."""
+    """Of the sun, its hour and place; of flames, how bright they are."""
     import drjit as dr
 
     misses = []
