@@ -195,12 +195,11 @@ def sampling_settings() -> dict[str, dict[str, Any]]:
 
     The first is the one in use, and the last traces the deepest paths.
     """
-    suns = {f"sun sampled {w:g} to 1 sky": {"sun_sampling": w} for w in (1.0, 3.0, 6.0, 24.0, 48.0)}
     kinds = "independent", "stratified", "orthogonal"
     samplers = {f"sampler {k}": {"sampler": k} for k in kinds}
     sizes = {f"2^{k} samples at once": {"most_samples": 2**k} for k in (16, 18, 21)}
     depths = {f"paths of {n} edges": {"max_depth": n} for n in (2, 3, 6, 16)}
-    return {"as used": {}, **suns, **samplers, **sizes, **depths}
+    return {"as used": {}, **samplers, **sizes, **depths}
 
 
 def measure_sampling(preset: str, size: str, pairs: int, seed: int) -> list[Point]:

@@ -160,10 +160,10 @@ class Quality:
     haze       how the air between is worked out: in closed form whose airlight is the horizon's sky
         (analytic); in closed form in the light of a layer of air, which scatters what sun, sky and
         ground send (scattered); as a medium that scatters light (medium, the reference)
-    sun_sampling  share of light samples for the sun against 1 for the sky; of those that were tried
-        12 has the least noise for the time (``lodbench run settings``)
+    sun_sampling  share of light samples for the sun against 1 for the sky, in scalar and spectral
+        variants and in a medium; elsewhere the sun is sampled at every vertex
     sampler    a Mitsuba sampler for JIT variants; of those that were tried none has less noise for
-        the time than multijitter (the same study)
+        the time than multijitter (``lodbench run settings``)
     coverage   whether it is counted which objects the samples of a pixel meet
     window     what of the picture is rendered; None = all of it
     most_samples  traced at once: bounds memory, and how long Ctrl-C waits
