@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import entry_points
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -64,7 +64,7 @@ def installed(group: str) -> Mapping[str, Any]:
     return {each.name: each for each in in_order if each.name not in ours}
 
 
-def distribution(entry: EntryPoint) -> str:
+def distribution(entry: Any) -> str:
     """Format the name and version of the package that brings an entry point."""
     return f"{entry.dist.name} {entry.dist.version}" if entry.dist else "an unnamed package"
 

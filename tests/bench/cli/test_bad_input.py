@@ -251,11 +251,13 @@ def test_bad_input_is_one_clear_line(
 
 
 @pytest.mark.parametrize(
-    "least", ["light.sun_elevation=1e-9", "species.tree.density=1e-320"], ids=str
+    ("preset", "least"),
+    [("badlands", "light.sun_elevation=1e-9"), ("meadow", "species.tree.density=1e-320")],
 )
-def test_the_least_that_is_allowed_is_counted(run: Run, least: str) -> None:
+def test_the_least_that_is_allowed_is_counted(run: Run, preset: str, least: str) -> None:
     """A sun on the horizon, and a density of which the reciprocal is no number."""
-    code, out, _ = run(*COUNT, "--size", "32x18", "--visibility", "200m", "-D", least, "--json")
+    small = "--size", "32x18", "--visibility", "200m"
+    code, out, _ = run("count", preset, *small, "-D", least, "--json")
     assert code == 0 and json.loads(out)["parts"]["displayed"] > 0
 
 

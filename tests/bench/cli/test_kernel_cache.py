@@ -150,5 +150,5 @@ def test_only_the_first_run_is_said_to_be_slow_and_only_on_a_terminal(
             (tmp_path / kernel).touch()
         monkeypatch.setattr(sys.stderr, "isatty", lambda terminal=terminal: terminal)
         tell_first_run()
-        said.append("the first run compiles" in capsys.readouterr().err)
+        said.append("first run: compiling" in capsys.readouterr().err)
     assert said == [False, True, False]

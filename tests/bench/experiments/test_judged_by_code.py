@@ -19,7 +19,7 @@ EXPERIMENTS = experiments()
 
 
 PLACE = Path(__file__).parents[3] / "results" / "reference"
-LONG = {"images", "figure"}
+LONG = {"images", "figure", "viewing"}
 EXPERIMENT = [
     pytest.param(name, marks=pytest.mark.slow if name in LONG else ()) for name in EXPERIMENTS
 ]
