@@ -20,6 +20,7 @@ from pathlib import Path
 
 import click
 
+from lod.errors import InputError
 from scenes.processes.cache import PACKAGES, cache_folders, make_writable, source_digest
 
 VARIABLE = "NUMBA_CACHE_DIR"
@@ -35,7 +36,7 @@ def use_kernel_cache(parents: Sequence[Path] | None = None) -> None:
 
     ``parents`` are the folders that may hold it, the first writable one is taken; None for those of
     the program's cache. Where none is writable, one line on standard error says so, and kernels are
-    kept in a temporary folder until the process ends.
+    kept in a temporary folder until the process ends; raises InputError where none can be made.
     """
     if "numba" in sys.modules:
         return
@@ -53,7 +54,11 @@ def use_kernel_cache(parents: Sequence[Path] | None = None) -> None:
             _remove_all_but_newest(parent)
             os.environ[VARIABLE] = str(parent / name)
             return
-    folder = tempfile.mkdtemp(prefix=_TEMPORARY)
+    try:
+        folder = tempfile.mkdtemp(prefix=_TEMPORARY)
+    except OSError:
+        rule = "a folder for temporary files that can be written to"
+        raise InputError("TMPDIR", os.environ.get("TMPDIR"), rule, "set it to one") from None
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
     os.environ[VARIABLE] = folder
     click.echo(

@@ -170,6 +170,9 @@ def out(tmp_path: Path) -> Path:
 def test_nothing_but_the_frames_folder_can_be_written_to(out: Path, tmp_path: Path) -> None:
     frames = "-o", "/mnt/a.####.exr", "--frames", "1-2", "--json"
     done = as_nobody(out, "render", PRESET, *frames)
+    assert done.returncode == 2 and done.stderr.count("\n") == 1
+    assert "TMPDIR: None: a folder for temporary files" in done.stderr
+    done = as_nobody(out, "render", PRESET, *frames, TMPDIR="/mnt")
     assert done.returncode == 0, done.stderr
     assert done.stderr.count("no writable folder for compiled kernels") == 1
     assert sorted(path.name for path in out.iterdir()) == ["a.0001.exr", "a.0002.exr"]
@@ -185,8 +188,8 @@ def test_nothing_but_the_frames_folder_can_be_written_to(out: Path, tmp_path: Pa
 
 @pytest.mark.parametrize("variables", [{}, {"NUMBA_CACHE_DIR": "/proc/no", "HOME": "/nonexistent"}])
 def test_doctor_knows(out: Path, variables: dict[str, str]) -> None:
-    done = as_nobody(out, "doctor", "--json", **variables)
+    done = as_nobody(out, "doctor", "--json", TMPDIR="/mnt", **variables)
     assert done.returncode == 0, done.stderr
     kernels = json.loads(done.stdout)["kernels"]
-    assert kernels == {"folder": None, "kept": False, "temporary": None}
+    assert kernels["folder"].startswith("/mnt/") and not kernels["kept"]
     assert "lodbench: no writable folder for compiled kernels" in done.stderr
