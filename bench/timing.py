@@ -223,7 +223,8 @@ def measure_sampling(preset: str, size: str, pairs: int, seed: int) -> list[Poin
             if number < 2**20:
                 spent[k].append(round(1e6 * (time.process_time() - start)))
                 pictures[k].append(np.asarray(layers.rgb, np.float64))
-    light = np.mean([np.mean(held, axis=0) for held in pictures[:-4]], axis=0)
+    whole = [k for k, changes in enumerate(settings.values()) if "max_depth" not in changes]
+    light = np.mean([np.mean(pictures[k], axis=0) for k in whole], axis=0)
     points = []
     for name, held, times in zip(settings, pictures, spent, strict=True):
         found = [noise_of_pair(*pair, light) for pair in zip(held[::2], held[1::2], strict=True)]

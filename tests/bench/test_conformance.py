@@ -143,7 +143,7 @@ def test_experiments_that_try_metrics_try_theirs_beside_ours(tmp_path, capfd, mo
     for wrong, says in (
         (
             ("run", "scaling", "cost", *HALFWAY),
-            "experiments that try metrics: scaling, figure, fidelity, pixels",
+            "experiments that try metrics: law, figure, images",
         ),
         (("run", "scaling", "--metric", "blake"), "ours are tried anyhow"),
         (("run", "scaling", "--metric", "missing"), "No module named"),

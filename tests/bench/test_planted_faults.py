@@ -57,7 +57,7 @@ def test_denser_air_in_the_renderer_alone_is_found_by_air(monkeypatch):
     )
     after = verdicts("air", "air", cases)
     for band in ("red", "green", "blue"):
-        name = f"jit/beta/{band}"
+        name = f"beta_over_true_beta/jit/{band}"
         assert (before[name], after[name]) == ("holds", "refuted"), name
 
 
@@ -80,7 +80,7 @@ def test_larger_priorities_in_the_pruner_alone_are_found_by_scaling(monkeypatch)
     )
     after = verdicts("law", "scaling", cases)
     for what in ("objects", "parts"):
-        name = f"blake/figure/{what}/ratio"
+        name = f"{what}_displayed_over_predicted/blake/figure"
         assert (before[name], after[name]) == ("holds", "refuted"), name
 
 
@@ -102,9 +102,10 @@ def test_far_cover_that_is_off_is_found_by_cover(monkeypatch):
     """What is too small to display leaves nothing on the land, 5 km away."""
     cases = [each for each in quick_cases("images", "cover") if each.args[0] == "far_5_km"]
     before = verdicts("images", "cover", cases)
-    monkeypatch.setattr(world, "aggregate_cover", lambda *of: None)
+    monkeypatch.setattr(world, "AggregateCover", lambda *of: None)
     after = verdicts("images", "cover", cases)
-    name = "far_5_km/preset/tau_1/band_1"
+    where = "far_5_km/air_of_the_preset/1_px/5049-5178_m"
+    name = f"luminance_ratio_to_the_unpruned_scene/{where}"
     assert (before[name], after[name]) == ("holds", "refuted")
 
 
@@ -129,5 +130,6 @@ def test_a_species_that_is_too_bright_is_found_by_cover(monkeypatch):
         lambda trees, *of: fit(trees, *of) * (1.05 if trees[0].name.startswith("tree ") else 1.0),
     )
     after = verdicts("images", "cover", cases)
-    name = "aerial/preset/tau_1/band_7/land"
+    where = "aerial/air_of_the_preset/1_px/306.2-350_m"
+    name = f"luminance_ratio_to_the_unpruned_scene_without_airlight/{where}"
     assert (before[name], after[name]) == ("holds", "refuted")

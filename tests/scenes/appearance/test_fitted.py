@@ -51,7 +51,8 @@ def test_fits_made_again_are_those_that_come_with_the_package(preset, tmp_path):
     """Other machines differ in the last bits of what is grown, and so in a ray here and there."""
     fill(preset, tmp_path)
     made, known = entries(tmp_path), shipped()
-    assert made and made.keys() <= known.keys()
+    assert made or preset == "fly_in"  # which shows nothing that is fitted
+    assert made.keys() <= known.keys()
     for entry, arrays in made.items():
         assert arrays.keys() == known[entry].keys()
         for name, values in arrays.items():
