@@ -58,6 +58,11 @@ def __getattr__(name: str) -> Any:
     raise AttributeError(f"module 'lodbench' has no attribute {name!r}")
 
 
+def __dir__() -> list[str]:
+    """List what is imported when it is asked for, too."""
+    return sorted({*globals(), *__all__})
+
+
 @dataclass(frozen=True, eq=False)
 class Frame:
     """A rendered frame: its layers as NumPy arrays, and the header that its file has.

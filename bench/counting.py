@@ -106,6 +106,11 @@ class Case:
     scale: float = 0.0
 
     @property
+    def label(self) -> str:
+        """Name the case for progress."""
+        return f"{self.species}, {self.metric}, sweep of {self.sweep}"
+
+    @property
     def m(self) -> float:
         """The detail angle m = τ·2·tan(fov/2)/width [rad]."""
         return self.detail * 2 * math.tan(math.radians(self.fov) / 2) / self.width

@@ -128,7 +128,7 @@ class _Doing:
         now = time.monotonic()
         if self._what != what:
             self._what, self._first, self._began = what, done, now
-        self.text = f"{what} {done:.0f}/{total:.0f}" if total else what
+        self.text = f"{what[:60]} {done:.0f}/{total:.0f}" if total else what
         if done > self._first:
             left = (now - self._began) * (total - done) / (done - self._first)
             self.text += f", {duration_text(left)} left"
