@@ -289,7 +289,7 @@ def test_every_way_to_sample_differs_and_takes_as_many_samples_as_asked():
     used = Quality(variants.SCALAR_VARIANT)
     first, *others = (replace(used, **changes) for changes in sampling_settings().values())
     assert first == used and used not in others
-    assert len(set(others)) == len(others) == 15
+    assert len(set(others)) == len(others) == 10
     for kind in {each.sampler for each in others}:
         sampler = load_plugin({"type": kind, "sample_count": SAMPLES})
         assert sampler.sample_count() == SAMPLES
