@@ -35,7 +35,7 @@ bench: $(READY)
 
 # A file's tests stay in one process, where what they share is made once.
 test: $(READY)
-	@echo "about ten minutes on two idle cores"
+	@echo "about twelve minutes on two idle cores"
 	$(BIN)/python -m pytest -n 2 --dist loadfile
 
 slow: $(READY)

@@ -17,6 +17,7 @@ import click
 import numpy as np
 
 from bench.cli.kernel_cache import is_first_run
+from lod.errors import InputError
 from scenes.processes.progress import followed_by
 from scenes.processes.streams import carry_failure, lenient_stream, stdout_to_stderr
 
@@ -119,7 +120,7 @@ class _Doing:
     """What this process does at the moment: words for it, and the bar that shows it if one does."""
 
     def __init__(self) -> None:
-        self.text = ""
+        self.text, self.left = "", ""
         self.bar: Any = None
         self._what, self._first, self._began = "", 0.0, 0.0
 
@@ -129,9 +130,10 @@ class _Doing:
         if self._what != what:
             self._what, self._first, self._began = what, done, now
         self.text = f"{what[:60]} {done:.0f}/{total:.0f}" if total else what
+        self.left = ""
         if done > self._first:
             left = (now - self._began) * (total - done) / (done - self._first)
-            self.text += f", {duration_text(left)} left"
+            self.left = f", {duration_text(left)} left"
 
 
 _DOING = _Doing()
@@ -147,7 +149,12 @@ def progress_shown() -> Iterator[None]:
     """
     bar: Any = None
     ended, began = threading.Event(), time.monotonic()
-    every = float(os.environ.get(SIGN_OF_LIFE_VARIABLE, 10))
+    asked = os.environ.get(SIGN_OF_LIFE_VARIABLE, "10")
+    try:
+        every = float(asked)
+    except ValueError:
+        rule = "seconds from one line of progress to the next"
+        raise InputError(SIGN_OF_LIFE_VARIABLE, asked, rule, "0 for none") from None
 
     def follow(what: str, done: float, steps: int) -> None:
         nonlocal bar
@@ -170,7 +177,9 @@ def progress_shown() -> Iterator[None]:
                 _DOING.bar.refresh()
             else:
                 took = duration_text(time.monotonic() - began)
-                print(f"lodbench: {took}: {_DOING.text or 'working'}", file=sys.stderr, flush=True)
+                doing = f"{_DOING.text or 'working'}{_DOING.left}"
+                print(f"lodbench: {took}: {doing}", file=sys.stderr, flush=True)
+                _DOING.left = ""  # it is old by the next line, unless it is told again
 
     if every > 0:
         threading.Thread(target=show_life, daemon=True).start()
@@ -251,7 +260,7 @@ class FrameProgress:
         """
         if making:
             _DOING.tell(*making)
-            words = [_DOING.text]
+            words = [_DOING.text + _DOING.left]
         elif total:
             frames = f"frame {self._done + 1} of {self._bar.total}: samples traced [%]"
             _DOING.tell(frames, 100 * traced / total, 100)

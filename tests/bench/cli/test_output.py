@@ -15,6 +15,7 @@ from click.testing import CliRunner
 
 from bench.cli.main import program
 from bench.cli.output import bars_are_shown, counted, frame_progress, progress_bar, progress_shown
+from lod.errors import InputError
 from scenes.processes.progress import tell, work
 
 
@@ -53,6 +54,12 @@ def test_away_from_a_terminal_a_line_says_what_takes_long(monkeypatch, capsys):
     assert any("weighing 1/2" in line for line in lines)
     time.sleep(0.2)
     assert capsys.readouterr().err == ""
+
+
+def test_seconds_between_lines_are_a_number(monkeypatch):
+    monkeypatch.setenv("LODBENCH_SIGN_OF_LIFE", "often")
+    with pytest.raises(InputError, match=r"LODBENCH_SIGN_OF_LIFE.*often.*0 for none"):
+        progress_shown().__enter__()
 
 
 def test_items_are_counted_and_the_next_is_named_before_it_begins(monkeypatch, capsys):
