@@ -18,6 +18,7 @@ import hashlib
 import importlib
 import io
 import json
+import math
 import os
 import platform
 import shutil
@@ -311,9 +312,10 @@ def content_key(*values: Any) -> str:
 
 
 def rounded_key(*values: Any) -> str:
-    """Give a digest [hex] like that of ``content_key``, of arrays of reals to six decimals.
+    """Give a digest [hex] like that of ``content_key``, of arrays of reals to a millionth.
 
-    Machines differ in the last bits of what is grown, and then fits are the same to them.
+    Machines differ in the last bits of what is grown, and then fits are the same to them. Steps of
+    the rounding lie beside numbers of few decimals, which a last bit would carry over them.
     """
     return content_key(_rounded(values))
 
@@ -321,7 +323,7 @@ def rounded_key(*values: Any) -> str:
 def _rounded(value: Any) -> Any:
     match value:
         case np.ndarray() if value.dtype.kind == "f":
-            return np.round(value, 6) + 0.0  # no zero is negative
+            return np.floor(value * 1e6 + math.e / 10)
         case np.ndarray() | str():
             return value
         case Mapping():

@@ -9,6 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from scenes.models.catalogue import MODELS
 from scenes.processes import cache as module
@@ -19,6 +21,7 @@ from scenes.processes.cache import (
     kept,
     kept_data,
     pack,
+    rounded_key,
     unpack,
     writable_cache,
 )
@@ -292,3 +295,12 @@ def test_classes_of_other_projects_are_never_made() -> None:
         unpack({"description": np.frombuffer(bad, np.uint8)})
     with pytest.raises(TypeError, match="hold no set"):
         pack(({1, 2},))
+
+
+@given(st.integers(-(10**7), 10**7), st.sampled_from((-1, 1)))
+def test_the_last_bit_of_a_number_of_few_decimals_does_not_change_its_rounded_key(
+    millionths, direction
+):
+    exact = np.array([millionths / 2e6])
+    assert rounded_key(exact) == rounded_key(np.nextafter(exact, direction * np.inf))
+    assert rounded_key(exact) != rounded_key(exact + 2e-6)
