@@ -457,18 +457,22 @@ def measure_overlap(
     """Measure the overlap of every part of an object from its two appearances, (n,).
 
     Parts of one level have one overlap; it is 0 for parts that own none. The appearances look the
-    same from everywhere.
+    same from everywhere. What was measured before is found where it is kept.
     """
-    owns = np.zeros(len(parent), np.bool_)
-    owns[parent[parent >= 0]] = True
-    own = StickTable.merge([inner.only(owns), leaf.only(~owns)])
-    parts = PartSticks(parent, level, own, palette)
-    always = np.ones(len(ELEVATIONS_DEG))
-    levels = []
-    for k in range(parts.finest):
-        table = leaf.of_parts((level == k) & owns)
-        levels.append(LevelAppearance(table.take(np.zeros(0, np.int64)), table, always))
-    return overlaps(parts, levels, look_at(Shapes.of(own)))
+
+    def make() -> dict[str, np.ndarray]:
+        owns = np.zeros(len(parent), np.bool_)
+        owns[parent[parent >= 0]] = True
+        own = StickTable.merge([inner.only(owns), leaf.only(~owns)])
+        parts = PartSticks(parent, level, own, palette)
+        always = np.ones(len(ELEVATIONS_DEG))
+        levels = []
+        for k in range(parts.finest):
+            table = leaf.of_parts((level == k) & owns)
+            levels.append(LevelAppearance(table.take(np.zeros(0, np.int64)), table, always))
+        return {"overlap": overlaps(parts, levels, look_at(Shapes.of(own)))}
+
+    return kept("overlap", rounded_key(parent, level, inner, leaf, palette), make, CODE)["overlap"]
 
 
 def overlaps(parts: PartSticks, levels: Sequence[LevelAppearance], views: CrownViews) -> Reals:

@@ -49,7 +49,7 @@ LIMIT_BYTES = 2 * 2**30
 """Size above which the entries that were used longest ago are removed."""
 
 FITTED = ROOT / "scenes" / "appearance" / "fitted.zip"
-FITTED_KINDS = ("appearance", "tone", "stand", "sky")
+FITTED_KINDS = ("appearance", "overlap", "tone", "stand", "sky")
 
 _FORMAT = "arrays 3"
 _SUBFOLDER, _SUFFIX = "arrays", ".arrays"
