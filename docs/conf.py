@@ -8,6 +8,9 @@ import re
 from importlib.metadata import version as version_of
 from typing import Any
 
+import latex2mathml.converter
+from docutils.nodes import SkipNode
+
 project = "lodbench"
 author = "the lodbench authors"
 release = version_of("lodbench")
@@ -16,7 +19,9 @@ extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
     "sphinx.ext.viewcode",
-    "sphinxcontrib.mermaid",
+    "sphinx_click",
+    "sphinx_copybutton",
+    "sphinx_design",
 ]
 root_doc = "docs/index"
 include_patterns = [
@@ -27,9 +32,8 @@ include_patterns = [
     "results/gallery/*.md",
 ]
 
-myst_enable_extensions = ["colon_fence"]
+myst_enable_extensions = ["colon_fence", "dollarmath"]
 myst_heading_anchors = 3
-myst_fence_as_directive = ["mermaid"]
 
 autodoc_typehints = "description"
 autodoc_typehints_description_target = "documented"
@@ -37,6 +41,7 @@ autodoc_member_order = "bysource"
 autodoc_preserve_defaults = True
 
 html_theme = "furo"
+html_math_renderer = "mathml"
 html_title = f"lodbench {release}"
 html_copy_source = False
 
@@ -61,6 +66,14 @@ def lay_out_names(
     lines[:] = [*laid, ""]
 
 
+def write_formula(translator: Any, node: Any) -> None:
+    """Write a formula as MathML, which browsers typeset by themselves."""
+    display = "block" if node.tagname == "math_block" else "inline"
+    translator.body.append(latex2mathml.converter.convert(node.astext(), display=display))
+    raise SkipNode
+
+
 def setup(app: Any) -> None:
     """Connect what this file adds to Sphinx."""
+    app.add_html_math_renderer("mathml", (write_formula, None), (write_formula, None))
     app.connect("autodoc-process-docstring", lay_out_names)

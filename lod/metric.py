@@ -8,7 +8,7 @@ its distance d < D. Its arguments are
     m  the detail angle [rad]
 
 ``Metric.along_axis`` says which distance d is. The law's prediction has formulas of its own
-(``lod.law``); docs/plugins.md says how to add a metric.
+(``lod.law``); docs/extend.md says how to add a metric.
 """
 
 from collections.abc import Callable

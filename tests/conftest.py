@@ -1,5 +1,6 @@
 """What holds under test only: checked shapes and types, a limit on memory, Hypothesis's search."""
 
+import importlib
 import os
 import shutil
 import signal
@@ -75,6 +76,9 @@ if already_imported:
     raise RuntimeError(f"{already_imported} imported before its annotations could be checked")
 leave_numba_alone()
 install_import_hook(ROOMS, CHECKER)
+importlib.import_module(
+    "scenes"
+)  # names the libLLVM of the environment, before Dr.Jit loads another
 
 # A shared machine is slow at times: no deadline. CI must not find something new by chance.
 settings.register_profile("local", deadline=None, max_examples=50)

@@ -111,7 +111,7 @@ def test_blocks_of_code_have_no_error_of_syntax(page: Path) -> None:
         elif language == "toml":
             tomllib.loads(block)
         else:  # a drawing, what a program prints, a doctest; no command hides there
-            assert language in ("", "mermaid", "{toctree}", "{eval-rst}"), language
+            assert language in ("", "{toctree}", "{eval-rst}"), language
             assert not re.search(r"^(lodbench|make|pip) ", block, re.M), block
 
 

@@ -30,21 +30,19 @@ LESS = {"--frames": "1-2", "--cluster": "2", "--minutes": "0.1"}  # where they a
 NOT_RUN = {
     "README.md": "make, which CI runs itself",
     "docs/first-steps.md": "make, which CI runs itself",
-    "docs/add-a-tree-species.md": "copies into the package; test_species_files.py makes a willow",
-    "docs/add-an-animal.md": "needs an animal of the reader's own; test_animal_file.py writes some",
+    "docs/extend.md": "copies into the package; tests of species and animals write their own",
     "docs/submit.md": "takes hours; test_compare_runs.py compares smaller runs",
     "docs/exr.md": "oiiotool, which a test of its own runs",
 }
 PYTHON_RUN = {  # how many blocks of Python a page has that its test runs
     "docs/actors.md": 1,
-    "docs/add-an-experiment.md": 1,
     "docs/exr.md": 1,
-    "docs/plugins.md": 1,
+    "docs/extend.md": 2,
     "docs/python.md": 4,  # as a notebook
 }
 ELSEWHERE = re.compile(r"# runs (in|on) (.+?)[:\n]")
 PYTHON_NOT_RUN = {
-    "docs/clusters.md": {"SLURM", "Kubernetes"},  # the page says which of them was tried
+    "docs/frames.md": {"SLURM", "Kubernetes"},  # the page says which of them was tried
     "docs/exr.md": {"Blender's Python"},  # in an environment of its own; the page says of 5.0
 }
 
@@ -210,7 +208,7 @@ def test_the_cells_of_the_notebook_work(tmp_path: Path) -> None:
 def test_the_experiment_of_the_page_runs() -> None:
     from bench.runs import RunRequest, run_experiment
 
-    (block,) = own_python("docs/add-an-experiment.md")
+    _, block = own_python("docs/extend.md")
     names: dict[str, object] = {}
     exec(block, names)
     tiny = names["EXPERIMENT"]
@@ -220,8 +218,8 @@ def test_the_experiment_of_the_page_runs() -> None:
 
 
 def test_the_plug_ins_of_the_page_are_what_they_say() -> None:
-    (block,) = own_python("docs/plugins.md")
-    whole = Path(__file__).parent / "plugin" / "lodbench_example.py"
+    block, _ = own_python("docs/extend.md")
+    whole = ROOT / "examples" / "plugin" / "lodbench_example.py"
     fence = runpy.run_path(str(whole))["FENCE"]
     names = {"make": fence.make, "camera": fence.camera, "detail": fence.detail}
     exec(block, names)

@@ -69,11 +69,31 @@ def complete_preset(_: click.Context, __: click.Parameter, begun: str) -> list[C
     return [CompletionItem(name) for name in presets if name.startswith(begun)]
 
 
+def complete_value(_: click.Context, option: click.Parameter, begun: str) -> list[CompletionItem]:
+    """Offer a shell the words that a flag's key may be, and after -D the keys themselves."""
+    from scenes.plugins import metric_names
+    from scenes.presets.keys import key_entries
+
+    kinds = {each.name: each.kind for each in key_entries()}
+    key, equals, _value = begun.partition("=")
+    if option.name == "settings" and not equals:
+        return [CompletionItem(f"{name}=") for name in kinds if name.startswith(key)]
+    lead = f"{key}=" if option.name == "settings" else ""
+    name = key if lead else FLAG_KEYS[option.name or ""]
+    words = metric_names() if name == "view.metric" else re.findall(r'"(\w+)"', kinds.get(name, ""))
+    return [CompletionItem(f"{lead}{word}") for word in words if f"{lead}{word}".startswith(begun)]
+
+
+def value_option(*names: str, **rest: Any) -> Callable[[Command], Command]:
+    """Make an option whose values a shell completes."""
+    return click.option(*names, shell_complete=complete_value, **rest)
+
+
 _VIEW_FLAGS = (
     click.argument("preset", shell_complete=complete_preset),
     click.option("--size", metavar="WxH", help="Picture size in pixels."),
     click.option("--seed", metavar="N", help="Seed of every random choice."),
-    click.option("--metric", metavar="NAME", help="Member of the metric family."),
+    value_option("--metric", metavar="NAME", help="Member of the metric family."),
     click.option("--detail", metavar="PX", help="Detail threshold τ in pixels."),
     click.option(
         "--max-parts", metavar="N", help="Set --detail so that every frame displays N parts."
@@ -82,7 +102,7 @@ _VIEW_FLAGS = (
     click.option(
         "--shutter", metavar="DEGREES", help="Shutter angle, 360 = a whole frame; 0 = no blur."
     ),
-    click.option(
+    value_option(
         "--smear", metavar="NAME", help="Leave out what blur hides: shutter, window (eye), off."
     ),
     click.option("--fade", metavar="SHARE", help="Share of its limit over which a part fades."),
@@ -102,12 +122,12 @@ _VIEW_FLAGS = (
         metavar='"WHO [PART] ACTION"',
         help="Message to an actor before frame 1.",
     ),
-    click.option(
+    value_option(
         "-D", "settings", multiple=True, metavar="KEY=VALUE", help="Any preset key, dotted."
     ),
 )
 _FILE_FLAGS = (
-    click.option("--compression", metavar="NAME", help="zip, zips, piz, rle or none."),
+    value_option("--compression", metavar="NAME", help="zip, zips, piz, rle or none."),
     click.option(
         "--multipart", is_flag=True, default=None, help="A part for each group of layers."
     ),
@@ -214,8 +234,28 @@ NEEDS = (
 EXAMPLES = {"max_memory": "--max-memory 4GB"}
 
 
+GROUPS = (
+    ("What is seen", (*VIEW_KEYS, "density", "say", "settings")),
+    ("How it is sampled", tuple(QUALITY_KEYS)),
+    ("Frames and their files", ("pattern", "frames", *FILE_KEYS, "resume", "overwrite")),
+    ("Previews", ("preview", "tone", "view", "exposure")),
+    ("Memory and processors", ("max_memory", "fit", "threads", "cluster")),
+)
+"""Headings of -h, and the flags below each; what is in no group stands last."""
+
+
 class StrictCommand(click.Command):
     """A command that refuses what is said twice, and flags that the table sets against another."""
+
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the flags in groups."""
+        options = (each for each in self.get_params(ctx) if isinstance(each, click.Option))
+        flags = {each.name: each.get_help_record(ctx) for each in options}
+        rest = [name for name in flags if not any(name in names for _, names in GROUPS)]
+        for heading, names in (*GROUPS, ("Options", rest)):
+            if rows := [row for name in names if (row := flags.get(name))]:
+                with formatter.section(heading):
+                    formatter.write_dl(rows)
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Parse as click does, then hold what was given against the rules. Raises InputError."""

@@ -2,7 +2,7 @@
 
 One file describes one kind of animal: height and colours, joints, parts with the sticks of their
 two appearances (``scenes.figures.anatomy``), and gait (``scenes.figures.gait``).
-``docs/add-an-animal.md`` shows how to write one. Every TOML file of the folder ``animals`` is one,
+``docs/extend.md`` shows how to write one. Every TOML file of the folder ``animals`` is one,
 by the name of the file.
 
 An insect and a windmill stand with the animals: the paper's two doubtful cases (§2.3). Blake

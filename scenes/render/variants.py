@@ -1,12 +1,11 @@
 """Which Mitsuba variants work on this machine, each tried in a child process.
 
 libLLVM is not in Mitsuba's wheel: on Linux x86-64 the package karellen-llvm-core brings it into the
-environment, and elsewhere the system's is taken. A wrong one does not raise: it aborts the process.
-So every candidate renders a tiny scene in a child first. ``DRJIT_LIBLLVM_PATH`` is the user's word:
-where it is set, no other library is tried.
+environment, which names it (``scenes/__init__.py``), and elsewhere the system's is taken. A wrong
+one does not raise: it aborts the process. So every candidate renders a tiny scene in a child first.
+Where ``DRJIT_LIBLLVM_PATH`` names one, no other is tried.
 """
 
-import importlib.metadata
 import os
 import platform
 import re
@@ -19,8 +18,8 @@ from functools import lru_cache
 from pathlib import Path
 
 from lod.errors import InputError
+from scenes import LLVM_PATH, packaged_library
 
-LLVM_PATH = "DRJIT_LIBLLVM_PATH"
 TRUSTED = "LODBENCH_TRUSTED_VARIANT"
 """Set for a child: the variant that its parent has tried, with the libLLVM that is named."""
 
@@ -168,21 +167,6 @@ def candidates() -> list[str]:
     own = packaged_library()
     rest = sorted(map(str, found.values()), key=_version, reverse=True)
     return [*([str(own)] if own else []), *(each for each in rest if Path(each) != own)]
-
-
-def packaged_library() -> Path | None:
-    """Path of the libLLVM of the package karellen-llvm-core; None where it is not installed.
-
-    It needs links that are made when Python first starts as a user who may write there: who builds
-    a read-only environment, as an image, starts Python once before it is closed.
-    """
-    try:
-        files = importlib.metadata.files("karellen-llvm-core") or []
-    except importlib.metadata.PackageNotFoundError:
-        return None
-    paths = [Path(str(each.locate())) for each in files]
-    library = next((p for p in paths if re.fullmatch(r"libLLVM\.so\.[\d.]+", p.name)), None)
-    return library.resolve() if library and library.is_file() else None
 
 
 def _found() -> Iterator[Path]:

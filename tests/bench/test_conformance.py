@@ -32,6 +32,7 @@ EXPERIMENTS = experiments()
 
 PLACE = Path(__file__).parents[1] / "plugin"
 ROOT = PLACE.parents[1]
+EXAMPLE = ROOT / "examples" / "plugin"
 SMALL = ("--size", "64x36", "-D", 'species={one={model="rabbit", density=0.3}}')
 HALFWAY = ("--metric", "halfway")
 RAIL = ("-D", 'representations.rail={kind="fence", options={posts=9}}')
@@ -41,6 +42,7 @@ RAIL = ("-D", 'representations.rail={kind="fence", options={posts=9}}')
 def package(monkeypatch):
     """The example package, as if it were installed; gone again afterwards."""
     caches = plugins.installed, plugins.metric_by_name, sources
+    monkeypatch.syspath_prepend(str(EXAMPLE))
     monkeypatch.syspath_prepend(str(PLACE))
     importlib.invalidate_caches()
     for each in caches:
@@ -191,7 +193,7 @@ def test_records_and_journals_know_who_was_there():
 @pytest.mark.slow
 def test_a_frame_is_rendered_with_theirs(tmp_path):
     variant = choose("scalar_rgb")
-    paths = os.pathsep.join([str(ROOT), str(PLACE)])
+    paths = os.pathsep.join([str(ROOT), str(PLACE), str(EXAMPLE)])
     program, out = (
         (sys.executable, "-P", "-m", "bench.cli.main"),
         ("-o", "f.####.exr", "--spp", "1"),

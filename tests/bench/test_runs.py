@@ -26,7 +26,7 @@ from bench.runs import (
 from lod.errors import InputError
 from tests.bench.edited import with_cases
 
-PAGE = Path(__file__).parents[2] / "docs" / "add-an-experiment.md"
+PAGE = Path(__file__).parents[2] / "docs" / "extend.md"
 
 
 @pytest.fixture
@@ -34,7 +34,7 @@ def tiny(tmp_path, monkeypatch):
     """The example of the manual as a file of ``bench.experiments``, alone there."""
     folder = tmp_path / "experiments"
     folder.mkdir()
-    (code,) = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
+    _, code = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
     (folder / "tiny.py").write_text(code, encoding="utf-8")
     package = importlib.import_module("bench.experiments")
     monkeypatch.setattr(package, "__path__", [str(folder)])

@@ -18,6 +18,7 @@ from bench.cli.flags import (
     frame_numbers,
     memory_flag,
     preset_from_flags,
+    value_option,
     view_flags,
 )
 from bench.cli.output import Output, frame_progress, output, tell_first_run
@@ -27,7 +28,12 @@ from scenes.presets.schema import Preset
 from scenes.render.pictures import PictureStyle
 
 
-@click.command("render", cls=StrictCommand)
+@click.command(
+    "render",
+    cls=StrictCommand,
+    epilog="Examples: lodbench render meadow -o out/a.####.exr --preview; lodbench render fly_in"
+    " -o fly/f.####.exr --frames 1-24 --size 640x360 --visibility 2km --motion --preview",
+)
 @view_flags
 @memory_flag
 @click.option("-o", "pattern", required=True, metavar="OUT/NAME.####.exr", help="Frames to write.")
@@ -36,7 +42,7 @@ from scenes.render.pictures import PictureStyle
 )
 @click.option("--spp", metavar="N", help="Samples per pixel.")
 @click.option("--variant", metavar="NAME", help="Mitsuba variant, or auto.")
-@click.option("--haze", metavar="NAME", help="analytic, scattered or medium.")
+@value_option("--haze", metavar="NAME", help="analytic, scattered or medium.")
 @click.option("--spectral", is_flag=True, default=None, help="Wavelengths instead of RGB.")
 @click.option(
     "--update-threshold", metavar="PX", help="Redraw parts once they moved so far; 0 = always."

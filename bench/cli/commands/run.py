@@ -6,8 +6,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
+from click.shell_completion import CompletionItem
 
-from bench.cli.flags import StrictCommand, memory_flag_of_all
+from bench.cli.flags import StrictCommand, memory_flag_of_all, value_option
 from bench.cli.output import Output, duration_text, output, progress_bar, table
 from bench.runs import CaseExecutor, dask_executor
 from lod.errors import InputError
@@ -19,13 +20,20 @@ if TYPE_CHECKING:
     from bench.runs import Journal, RunRequest
 
 
+def _complete(_: click.Context, __: click.Parameter, begun: str) -> list[CompletionItem]:
+    from bench.experiment import ALL, experiments
+
+    names = {name for each in experiments().values() for name in (each.name, *each.topics)}
+    return [CompletionItem(name) for name in (*sorted(names), ALL) if name.startswith(begun)]
+
+
 @click.command("run", cls=StrictCommand)
-@click.argument("experiments", metavar="EXPERIMENT...|all", nargs=-1)
+@click.argument("experiments", metavar="EXPERIMENT...|all", nargs=-1, shell_complete=_complete)
 @click.option("--quick", is_flag=True, help="Fewer points and fields: minutes instead of hours.")
 @click.option("--seed", type=click.IntRange(0, LARGEST_SEED), default=0, help="0 by default.")
 @click.option("-o", "folder", required=True, metavar="DIR", help="Folder for the records.")
 @click.option("--again", is_flag=True, help="Measure anew what is done already.")
-@click.option("--metric", metavar="NAME", help="An installed metric, to be tried beside ours.")
+@value_option("--metric", metavar="NAME", help="An installed metric, to be tried beside ours.")
 @click.option(
     "--cluster", metavar="N|ADDRESS|FILE", help="Workers to start here, or a Dask scheduler."
 )

@@ -241,6 +241,11 @@ def completed(line: str, **more: str) -> list[str]:
         ("lodbench count --visi", ["plain,--visibility"]),
         ("lodbench render ./mine", ["file,./mine"]),
         ("lodbench nonsense", []),
+        ("lodbench count meadow --metric bl", ["plain,blake"]),
+        ("lodbench render meadow --haze me", ["plain,medium"]),
+        ("lodbench count meadow -D render.crop", ["plain,render.crop="]),
+        ("lodbench count meadow -D camera.projection=pa", ["plain,camera.projection=panorama"]),
+        ("lodbench run scal", ["plain,scaling"]),
     ],
 )
 def test_a_line_is_completed(line: str, answers: list[str]) -> None:

@@ -3,6 +3,7 @@
 Programs of others: what they are given, and that an environment is complete or is not there.
 """
 
+import os
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -40,6 +41,7 @@ from scenes import plugins
 from tests.bench.edited import record_of
 
 PLUGIN = Path(__file__).parents[2] / "plugin"
+EXAMPLE = PLUGIN.parents[1] / "examples" / "plugin"
 
 
 def point(arm, setting, excess, seconds, field=0, megabytes=100.0, cover=1.0):
@@ -186,8 +188,9 @@ def planted():
     The example package is installed, here and in processes that are started.
     """
     with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(str(EXAMPLE))
         patch.syspath_prepend(str(PLUGIN))
-        patch.setenv("PYTHONPATH", str(PLUGIN))
+        patch.setenv("PYTHONPATH", f"{PLUGIN}{os.pathsep}{EXAMPLE}")
         plugins.installed.cache_clear()
         some = {name: methods()[name] for name in ("blake", "full", "nearest")}
         blake = replace(some["blake"], settings=(0.5, 2.0))

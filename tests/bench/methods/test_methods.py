@@ -37,6 +37,7 @@ from scenes import plugins
 from scenes.scene import Scene
 
 PLUGIN = Path(__file__).parents[2] / "plugin"
+EXAMPLE = PLUGIN.parents[1] / "examples" / "plugin"
 TINY = Picture("64x36", 1)
 FEW = ("species.figure.prototypes=1", "species.figure.sizes=[1.0]", "species.tree.density=0")
 GRASSLESS = "species.sward.density=0"
@@ -202,6 +203,7 @@ def test_colours_go_to_their_mean_in_steps():
 
 
 def test_a_method_of_another_package_enters(monkeypatch):
+    monkeypatch.syspath_prepend(str(EXAMPLE))
     monkeypatch.syspath_prepend(str(PLUGIN))
     plugins.installed.cache_clear()
     try:

@@ -9,7 +9,9 @@ import pytest
 from lod.errors import InputError
 from scenes.render import variants
 
-CANDIDATES = variants.candidates()
+with pytest.MonkeyPatch.context() as patch:
+    patch.delenv(variants.LLVM_PATH, raising=False)
+    CANDIDATES = variants.candidates()
 
 
 def probe_with(library, expression):
@@ -67,6 +69,24 @@ def test_the_newest_library_comes_first(monkeypatch, tmp_path):
     monkeypatch.setattr(variants, "packaged_library", lambda: None)
     found = [os.path.basename(path) for path in variants.candidates()]
     assert found == ["libLLVM.so.19.1", "libLLVM-15.so.1", "libLLVM-9.so", "libLLVM.so.2"]
+
+
+IMPORTS = """
+import os, sys
+{first}
+import lodbench, drjit
+library = os.path.realpath(os.environ["DRJIT_LIBLLVM_PATH"])
+maps = open("/proc/self/maps", encoding="utf-8").read()
+sys.exit(0 if library in maps else 1)
+"""
+
+
+@pytest.mark.skipif(not variants.packaged_library(), reason="the environment has no libLLVM")
+@pytest.mark.parametrize("first", ["", "import drjit"])
+def test_the_library_that_is_loaded_is_the_one_that_is_tried(first):
+    """The environment's, or the one that a caller's Dr.Jit has loaded before."""
+    kept = {name: value for name, value in os.environ.items() if name != variants.LLVM_PATH}
+    subprocess.run([sys.executable, "-c", IMPORTS.format(first=first)], env=kept, check=True)
 
 
 @pytest.mark.slow

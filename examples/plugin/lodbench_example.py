@@ -1,4 +1,4 @@
-"""A package of others, small: a metric, and a fence whose posts are its parts."""
+"""A metric, a method, a behaviour, and a representation: a fence whose posts are its parts."""
 
 from dataclasses import dataclass
 
@@ -120,7 +120,3 @@ def stroll(me: Me) -> Acts:
     while True:
         yield change(me.name, "go", me.option("speed", 1.0))
         yield None
-
-
-SLOPPY = Metric("sloppy", lambda P, R, m: P * R.max() / m, "a metric that looks at all parts")
-OFTEN_NAN = Metric("often_nan", lambda P, R, m: np.sqrt(P - 1.0), "limits that are no numbers")
