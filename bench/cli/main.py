@@ -4,6 +4,7 @@ import atexit
 import errno
 import importlib
 import os
+import re
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -41,6 +42,9 @@ CURES = {
     errno.EIO: "look after the disk",
 }
 """What helps against errors of the operating system."""
+
+PACKAGES = {"libatomic.so.1": "libatomic1", "libGL.so.1": "libgl1"}
+"""Packages of Debian that bring a library, where it is not named like it."""
 
 
 class Commands(click.Group):
@@ -163,8 +167,21 @@ def _verdict(error: BaseException) -> tuple[int, str]:
             return FAILED, "error: out of memory: ask for less detail, density or size"
         case OSError():
             return _refused_by_system(error)
+    if missing := _missing_library(error):
+        cure = f"install it, as by `apt-get install {PACKAGES.get(missing, missing)}`"
+        return FAILED, f"error: a package needs {missing} of the system, which is not there; {cure}"
     name = type(error).__name__
     return FAILED, f"error: {name}: {_one_line(str(error))} ({TRACEBACK}=1 shows where)"
+
+
+def _missing_library(error: BaseException | None) -> str | None:
+    """Name the shared library of the system for want of which a package was not imported."""
+    while error:
+        found = re.match(r"(\S+\.so[.\d]*): cannot open shared object file", str(error))
+        if found and isinstance(error, ImportError):
+            return found[1]
+        error = error.__cause__ or error.__context__
+    return None
 
 
 def _refused_by_system(error: OSError) -> tuple[int, str]:

@@ -52,6 +52,15 @@ def breaking(monkeypatch: pytest.MonkeyPatch) -> Callable[[BaseException], None]
     return plant
 
 
+def following(error: BaseException, first: BaseException) -> BaseException:
+    """An error that was raised while another was handled, as Dr.Jit does."""
+    error.__context__ = first
+    return error
+
+
+NO_LIBRARY = ImportError("libatomic.so.1: cannot open shared object file: No such file")
+
+
 @pytest.mark.parametrize(
     ("error", "code", "line"),
     [
@@ -61,6 +70,9 @@ def breaking(monkeypatch: pytest.MonkeyPatch) -> Callable[[BaseException], None]
         (OSError(errno.ENOSPC, "No space left", "a.exr"), 1, "No space left: 'a.exr'"),
         (MemoryError(), 1, "error: out of memory"),
         (RuntimeError("a\nsurprise"), 1, "RuntimeError: a surprise (LODBENCH_TRACEBACK=1 shows"),
+        (NO_LIBRARY, 1, "install it, as by `apt-get install libatomic1`"),
+        (following(NameError("_drjit_ext"), NO_LIBRARY), 1, "needs libatomic.so.1 of the system"),
+        (ImportError("no name x in y"), 1, "ImportError: no name x in y (LODBENCH_TRACEBACK"),
         (KeyboardInterrupt(), 130, "lodbench: interrupted"),
         (click.Abort(), 130, "lodbench: interrupted"),
     ],
