@@ -14,7 +14,7 @@ import math
 import os
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, is_dataclass, replace
 from datetime import UTC, datetime
 from functools import lru_cache
 from pathlib import Path
@@ -248,9 +248,11 @@ def run_request(
 
 
 def case_label(case: Case) -> str:
-    """Name a case for progress by its arguments, those with a label by that."""
+    """Name a case for progress by its arguments: data by their label, and not without one."""
     values = [getattr(v, "label", v) for v in (*case.args, *case.keywords.values())]
-    return ", ".join(f"{v:g}" if isinstance(v, float) else str(v) for v in values)
+    said = [" ".join(map(str, v)) if isinstance(v, tuple | list) else v for v in values]
+    words = (f"{v:g}" if isinstance(v, float) else str(v) for v in said if not is_dataclass(v))
+    return ", ".join(words)
 
 
 def _origin(experiment: Experiment, asked: RunRequest, points: tuple[Point, ...]) -> Provenance:

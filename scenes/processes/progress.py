@@ -4,6 +4,7 @@ Work has a number of steps. Whoever follows hears of it when a step is begun or 
 steps whose result was kept: work that was all done before is silent.
 """
 
+import itertools
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -37,6 +38,24 @@ def followed_by(follow: Follow) -> Iterator[None]:
         yield
     finally:
         _FOLLOW.reset(before)
+
+
+@contextmanager
+def kernels_told() -> Iterator[None]:
+    """Tell of every kernel that Numba compiles inside; nobody knows how many there will be."""
+    from numba.core import event
+
+    follow, number = _FOLLOW.get(), itertools.count(1)
+
+    class Told(event.Listener):
+        def on_start(self, event: object) -> None:
+            follow(f"compiling kernels, which are kept: {next(number)}", 0.0, 0)
+
+        def on_end(self, event: object) -> None:
+            pass
+
+    with event.install_listener("numba:compile", Told()):
+        yield
 
 
 @contextmanager

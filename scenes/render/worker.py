@@ -25,7 +25,7 @@ from pathlib import Path
 from typing import Any
 
 from lod.errors import InputError
-from scenes.processes.progress import followed_by
+from scenes.processes.progress import followed_by, kernels_told
 from scenes.processes.signals import signals_held
 from scenes.processes.streams import end_with_parent, open_standard_streams, own_stdout
 from scenes.render.exr.header import Record, Settings
@@ -177,7 +177,7 @@ class Worker(contextlib.AbstractContextManager):
                 found: dict[str, Any] = json.loads(line)
                 if "making" in found:
                     what, done, steps = found["making"]
-                    making = (what, done, steps) if done < steps else None
+                    making = (what, done, steps) if done < steps or not steps else None
                 elif "samples" in found:
                     samples, of = found["samples"]
                 else:
@@ -281,7 +281,7 @@ def serve(open_session: Callable[[Settings], Any]) -> None:
         import drjit
 
         drjit.set_thread_count(threads)
-    with followed_by(lambda *made: say({"making": made})):
+    with followed_by(lambda *made: say({"making": made})), kernels_told():
         for line in sys.stdin:
             say(answer(partial(work, json.loads(line))))
 

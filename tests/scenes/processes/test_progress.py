@@ -1,8 +1,9 @@
 """Work that is done once and then kept: what is told of it, and that kept work is silent."""
 
+import numba
 import pytest
 
-from scenes.processes.progress import followed_by, steps, tell, work
+from scenes.processes.progress import followed_by, kernels_told, steps, tell, work
 
 
 @pytest.fixture
@@ -46,3 +47,14 @@ def test_work_that_fails_is_not_told_to_be_done(told):
         tell()
         raise ZeroDivisionError
     assert told == [("fits", 0.0, 2)]
+
+
+def test_kernels_are_counted_while_they_are_compiled(told):
+    kernel = numba.njit(lambda x: x + 1)
+    with kernels_told():
+        kernel(1)
+        kernel(1)  # compiled before
+        kernel(1.0)
+    assert [each[0].rsplit(": ")[1] for each in told] == ["1", "2"]
+    kernel(1j)
+    assert len(told) == 2
