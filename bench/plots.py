@@ -1,93 +1,84 @@
-"""What does each point of a finished plot say, and where does it stand?
+"""How is a figure made? Panels of curves as SVG, the numbers behind them and a text alternative.
 
-How is a plot made? SVG text, the numbers behind it and a text alternative; only this file draws.
-
-The same drawing stands in every report: as a file, on the page, and in print. Colours are those of
-Okabe & Ito, "Color Universal Design" (2008), and no two curves differ in colour alone.
+Only this file draws. A figure has a title that states its message, and panels: each is an SVG of
+its own, so narrow that its letters are read on a telephone, and panels stand side by side where
+there is room. The same drawing stands on the page, in files and in print; what is black or white in
+it follows the page's colours. Colours of curves are those of Okabe & Ito, "Color Universal Design"
+(2008), and no two curves differ in colour alone.
 """
 
 import io
+import math
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from functools import cached_property
+from typing import Any, Literal
 
 import matplotlib as mpl
 import numpy as np
-from jaxtyping import Float64
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure as Canvas
-from matplotlib.ticker import MaxNLocator, NullFormatter
+from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
 from bench.statistics.estimates import Estimate
 
-
-@dataclass(frozen=True)
-class Mark:
-    """A point of a plot as it is drawn.
-
-    curve  number of its curve; what is drawn below others has numbers of its own
-    words  what it says: ``pruned: 3.2 at 1e+04``
-    place  where it stands in the SVG, from its left and upper edges
-    """
-
-    curve: int
-    words: str
-    place: tuple[float, float]
-
-
-def marks_at(
-    places: Float64[np.ndarray, "n 2"],
-    curve: int,
-    label: str,
-    x: Sequence[float],
-    y: Sequence[float],
-) -> Iterator[Mark]:
-    """Yield the points of one curve that are drawn: those with finite places."""
-    for place, at, value in zip(places.round(1).tolist(), x, y, strict=True):
-        if np.isfinite(place).all():
-            yield Mark(curve, f"{label}: {value:.4g} at {at:.4g}", (place[0], place[1]))
-
-
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00")
-MARKERS = ("o", "s", "^", "D", "v", "P")
-_GREY = "#595959"
-_MOST_MARKS = 13
-"""The most marks along a horizontal axis: the labels of more would overlap."""
+MARKERS, GLYPHS = ("o", "s", "^", "D", "v", "P"), ("●■▲◆▼✚", "○□△◇▽✚")
+"""Markers of curves, and how text shows them: filled, and hollow from the seventh curve on."""
 
-_APART = 1.04
-"""The ratio by which points of two curves at one x are drawn apart, so that their bars are seen."""
+WIDTH, HEIGHT = 340, 270
+"""The size of a panel, in CSS pixels where it is shown at its own size."""
 
-_NARROWEST, _WIDE = 1.03, 2.0
-"""The least ratio that an axis of ratios to a line shows, so that noise does not fill it.
+LETTERS = 12
+"""The size of all letters [CSS pixels]."""
 
-The second is the ratio from which on the axis is logarithmic.
-"""
+_INK, _GRID, _PAPER, _GREY = "#1b1b1b", "#e3e3e3", "#fffffe", "#767676"
+_PAGE = {_INK: "currentColor", _GRID: "var(--grid, #e3e3e3)", _PAPER: "var(--paper, #fff)"}
+"""What stands in the SVG in place of these colours."""
 
-_POINTS_PER_INCH = 72
+FONTS = '-apple-system, "Segoe UI", Roboto, "Noto Sans", "Liberation Sans", Arial, sans-serif'
+"""The letters of figures and pages: those of the reader's own system."""
+
+_MOST_MARKED = 25
+"""Curves of more points tell every n-th of them."""
+
+_MOST_LETTERS = 30
+"""Names of places with more letters in all are turned, or they would overlap."""
+
+_PER_INCH = 72
 """The units of an SVG in an inch of the canvas."""
 
 _STYLE: dict[Any, Any] = {
     "svg.hashsalt": "lodbench",  # the same plot has the same bytes
-    "svg.fonttype": "path",  # and looks the same on every machine
-    "font.size": 11,
+    "svg.fonttype": "none",  # letters stay letters
+    "font.size": LETTERS,
+    "axes.titlesize": LETTERS,
+    "axes.labelsize": LETTERS,
+    "xtick.labelsize": LETTERS,
+    "ytick.labelsize": LETTERS,
+    "legend.fontsize": LETTERS,
+    "axes.titlelocation": "left",
+    "axes.titleweight": "bold",
     "axes.spines.top": False,
     "axes.spines.right": False,
     "axes.grid": True,
-    "grid.color": "#E3E3E3",
+    "grid.color": _GRID,
     "grid.linewidth": 0.6,
     "axes.axisbelow": True,
     "legend.frameon": False,
-    "legend.fontsize": 10,
+    **dict.fromkeys(("text.color", "axes.edgecolor", "axes.labelcolor"), _INK),
+    **dict.fromkeys(("xtick.color", "ytick.color", "axes.titlecolor"), _INK),
 }
 
 
 @dataclass(frozen=True)
 class Curve:
-    """One curve: points in order of x, with an optional band and an optional line.
+    """One curve: points in order of x, with optional intervals and an optional line.
 
-    low, high  edges of the band or ends of the error bar at each x; empty = none
+    low, high  ends of the interval at each x; empty = none
     line       x and y of the points of what was fitted or predicted; both empty = no line
     """
 
@@ -99,14 +90,14 @@ class Curve:
     line: tuple[Sequence[float], Sequence[float]] = ((), ())
 
     @property
-    def residuals(self) -> tuple[list[float], list[float]]:
-        """x, and y ÷ the line at x, where the line reaches; lines are straight in logarithms."""
-        if not len(self.line[0]) or min(map(min, (*self.line, self.y))) <= 0:
-            return [], []
-        ends, x = np.log(np.array(self.line)), np.log(self.x)
-        there = (x >= ends[0].min() - 1e-9) & (x <= ends[0].max() + 1e-9)
-        over = np.array(self.y)[there] / np.exp(np.interp(x[there], *ends))
-        return np.array(self.x)[there].tolist(), over.tolist()
+    def thinned(self) -> "Curve":
+        """The curve with as few points as are told, evenly chosen."""
+        step = max(-(-len(self.x) // _MOST_MARKED), 1)
+        rows = (self.x, self.y, self.low, self.high)
+        whole = len(self.line[1]) == len(self.x)
+        line = (self.line[0][::step], self.line[1][::step]) if whole else self.line
+        x, y, low, high = (row[::step] for row in rows)
+        return Curve(self.label, x, y, low, high, line)
 
 
 def estimated(
@@ -121,31 +112,95 @@ def estimated(
     return Curve(label, list(x), y, low, high, line)
 
 
+SIDE = 0.21
+"""How far the two bars of a place are from it."""
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One pair of axes, and what is drawn in them.
+
+    title    what is seen in it, in a few words
+    axis     labels of the horizontal and the vertical axis
+    scale    ``log`` or ``linear`` for the horizontal and for the vertical axis
+    look     ``line``, ``points`` that nothing joins, or ``bars`` that stand on one another
+    ticks    names of the places 0, 1, 2 … on the horizontal axis; empty = numbers
+    sides    names of the two bars to the left and to the right of a place, at ∓ SIDE
+    between  what is claimed, as a shaded band: its least and its greatest value
+    """
+
+    title: str
+    axis: tuple[str, str]
+    drawn: Sequence[Curve]
+    scale: tuple[str, str] = ("log", "log")
+    look: Literal["line", "points", "bars"] = "line"
+    ticks: Sequence[str] = ()
+    sides: Sequence[str] = ()
+    between: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True)
+class Mark:
+    """A point of a panel as it is drawn.
+
+    curve  number of its curve in the whole figure
+    words  what it says: ``pruned: 3.2 at 1e+04``
+    place  where it stands in the SVG, from its left and upper edges
+    """
+
+    curve: int
+    words: str
+    place: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """A finished panel: SVG text, the text in its place, and where its points stand."""
+
+    name: str
+    panel: Panel
+    alt: str
+    svg: str
+    marks: tuple[Mark, ...]
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Labels of its curves."""
+        return _labels([self.panel])
+
+
 @dataclass(frozen=True)
 class Plot:
-    """A finished plot: SVG text, and a text that says what it shows to those who do not see it.
+    """A finished figure: its title is its message; ``key`` says as SVG which curve is which.
 
-    svg     the picture
-    alt     the text in place of the picture
-    axis    labels of the horizontal and the vertical axis
-    drawn   the numbers that it shows
-    marks   its points, where they stand in the picture
+    The key is empty where there is one curve alone.
     """
 
     name: str
     title: str
     caption: str
-    alt: str
-    svg: str
-    axis: tuple[str, str]
-    drawn: tuple[Curve, ...]
-    marks: tuple[Mark, ...]
+    drawings: tuple[Drawing, ...]
+    key: str = ""
+
+    @cached_property
+    def labels(self) -> tuple[str, ...]:
+        """Labels of the curves of all panels, in the order of their numbers."""
+        return _labels([each.panel for each in self.drawings])
 
     @property
     def numbers(self) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
-        """The points of the plot as heads and rows of a table."""
-        heads = ("series", *self.axis, "from", "to", "predicted")
-        return heads, [row for each in self.drawn for row in _rows(each)]
+        """The points of the figure as heads and rows of a table."""
+        heads = ("panel", "series", "x", "y", "from", "to", "line")
+        return heads, [
+            (each.panel.title, *row)
+            for each in self.drawings
+            for curve in each.panel.drawn
+            for row in _rows(curve.thinned)
+        ]
+
+
+def _labels(panels: Sequence[Panel]) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(curve.label for each in panels for curve in each.drawn))
 
 
 def _rows(curve: Curve) -> Iterator[tuple[str, ...]]:
@@ -164,186 +219,191 @@ def curves(
     drawn: Sequence[Curve],
     scale: tuple[str, str] = ("log", "log"),
 ) -> Plot:
-    """Plot curves with their bands and fitted lines.
+    """Draw a figure of one panel of curves, with their intervals and fitted lines."""
+    return figure(name, title, caption, [Panel("", axis, drawn, scale)])
 
-    Where there are lines, curves ÷ lines are plotted below. ``scale`` is ``log`` or ``linear`` for
-    the horizontal and for the vertical axis; a linear vertical axis begins at 0.
-    """
+
+def figure(name: str, title: str, caption: str, panels: Sequence[Panel]) -> Plot:
+    """Draw a figure; curves of one label look alike in all of its panels."""
+    labels = _labels(panels)
     with mpl.rc_context(_STYLE):
-        fitted = any(each.residuals[0] for each in drawn)
-        canvas = Canvas(figsize=(5.4, 5.2 if fitted else 4.2))
-        axes, below = _panels(canvas, fitted)
-        for number, each in enumerate(drawn):
-            marks = _marks(number)
-            if each.low:
-                axes.fill_between(
-                    each.x, each.low, each.high, color=marks["color"], alpha=0.2, lw=0
-                )
-            axes.plot(each.line[0], each.line[1], color=marks["color"], lw=1.3, ls="--")
-            style = marks | {"lw": 0.9, "markersize": 4.5}
-            axes.plot(each.x, each.y, label=each.label, **style)
-        axes.set(xscale=scale[0], yscale=scale[1], ylabel=axis[1])
-        if scale[1] == "linear":
-            axes.set_ylim(bottom=0.0)
-        below.set(xlabel=axis[0])
-        if fitted:
-            _over_lines(below, drawn)
-        if scale[0] == "linear":
-            _mark_values(axes, sorted({x for each in drawn for x in each.x}))
-        within = scale[0] == "log" and _within_a_decade(below.xaxis)
-        below.tick_params(which="minor", labelbottom=within)
-        axes.tick_params(which="minor", labelleft=_within_a_decade(axes.yaxis))
-        axes.legend(loc="best")
-        return _finished(canvas, (name, title, caption), axis, drawn, "line")
-
-
-def against_law(
-    name: str,
-    title: str,
-    caption: str,
-    axis: tuple[str, str],
-    drawn: Sequence[Curve],
-    mark: tuple[float, str] | None = None,
-) -> Plot:
-    """Plot counts on logarithmic axes with the prediction, and measured ÷ predicted below.
-
-    The line of each curve is the prediction at its x, and its band is shown as error bars.
-    ``mark`` is a value on the horizontal axis that matters, and its name.
-    """
-    with mpl.rc_context(_STYLE):
-        canvas = Canvas(figsize=(5.4, 5.2))
-        above, below = _panels(canvas, True)
-        for number, each in enumerate(drawn):
-            _counts(above, each, number)
-            _residuals(below, each, number)
-        above.set(xscale="log", yscale="log", ylabel=axis[1])
-        if mark:
-            above.axvline(mark[0], color=_GREY, lw=1.2, ls=":", label=mark[1])
-        above.plot([], [], color=_GREY, lw=1.4, label="predicted, no free parameters")
-        above.legend(loc="best")
-        below.axhspan(0.98, 1.02, color="#D9D9D9", alpha=0.5, lw=0)
-        below.axhline(1.0, color=_GREY, lw=1.2)
-        below.set(xlabel=axis[0], ylabel="measured ÷\npredicted")
-        reaches = (abs(np.array(c.residuals[1]) - 1) + _half_band(c) / c.line[1] for c in drawn)
-        reach = max(0.03, min(1.15 * max(float(each.max()) for each in reaches), 1.05))
-        below.set_ylim(1 - reach, 1 + reach)
-        return _finished(canvas, (name, title, caption), axis, drawn, "prediction", _APART)
-
-
-def _finished(
-    canvas: Canvas,
-    words: tuple[str, str, str],
-    axis: tuple[str, str],
-    drawn: Sequence[Curve],
-    line: str,
-    apart: float = 1.0,
-) -> Plot:
-    """Write the SVG and the text in its place, and find where all points are."""
-    alt = " ".join((f"Plot of {axis[1]} against {axis[0]}.", *(_in_words(c, line) for c in drawn)))
-    svg = _svg(canvas, words[0])
-    above, *below = canvas.axes
-    marks = [
-        mark
-        for number, each in enumerate(drawn)
-        for mark in marks_at(
-            _places(canvas, above, each.x, each.y), number, each.label, each.x, each.y
+        drawings = tuple(
+            _drawing(f"{name}-{k}", panel, labels) for k, panel in enumerate(panels) if panel.drawn
         )
-    ]
-    for number, each in enumerate(drawn) if below else ():
-        x, over = each.residuals
-        places = _places(canvas, below[0], np.array(x) * apart ** (number - 0.5), over)
-        marks += marks_at(places, number + len(drawn), f"{each.label} ÷ {line}", x, over)
-    return Plot(*words, alt, svg, axis, tuple(drawn), tuple(marks))
+        return Plot(name, title, caption, drawings, _key(f"{name}-key", labels))
 
 
-def _places(
-    canvas: Canvas, axes: Axes, x: Sequence[float] | np.ndarray, y: Sequence[float]
-) -> np.ndarray:
-    """Return where points of axes stand in the SVG, from its left and upper edges, (n, 2)."""
-    right, up = axes.transData.transform(np.column_stack((x, y))).T / canvas.dpi
-    return np.column_stack((right, canvas.get_figheight() - up)) * _POINTS_PER_INCH
+def _drawing(name: str, panel: Panel, labels: Sequence[str]) -> Drawing:
+    layout = ConstrainedLayoutEngine(w_pad=0.04, h_pad=0.04)
+    canvas = Canvas(figsize=(WIDTH / _PER_INCH, HEIGHT / _PER_INCH), layout=layout)
+    axes = canvas.subplots()
+    draw = {"line": _lines, "points": _points, "bars": _bars}[panel.look]
+    draw(axes, [(labels.index(each.label), each) for each in panel.drawn])
+    axes.set(xscale=panel.scale[0], yscale=panel.scale[1], xlabel=panel.axis[0])
+    # Above the axes: a label at the side would take the room of the curves.
+    axes.set_title(panel.title, pad=22 if panel.title else None)
+    axes.annotate(panel.axis[1], (0, 1), (0, 6), "axes fraction", "offset points")
+    lowest = min(min(each.low or each.y, default=0.0) for each in panel.drawn)
+    if panel.scale[1] == "linear" and lowest >= 0 and panel.between is None:
+        axes.set_ylim(bottom=0.0)
+    if panel.between is not None:
+        axes.axhspan(*panel.between, color=_GREY, alpha=0.25, lw=0)
+    if panel.ticks:
+        wide = sum(map(len, panel.ticks)) > _MOST_LETTERS
+        turned: dict[str, Any] = {"rotation": 40, "ha": "right"} if wide else {}
+        axes.set_xticks(range(len(panel.ticks)), panel.ticks, **turned)
+        axes.grid(axis="x", visible=False)
+    else:
+        _ticks(axes.xaxis, 5)
+    _ticks(axes.yaxis, 6)
+    words = (_in_words(each) for each in panel.drawn[:6])
+    alt = " ".join((f"{panel.title} Plot of {panel.axis[1]} against {panel.axis[0]}.", *words))
+    svg = _svg(canvas, name)
+    marks = tuple(
+        mark
+        for each in panel.drawn
+        for mark in _marks(canvas, axes, labels.index(each.label), each.thinned, panel)
+    )
+    return Drawing(name, panel, alt.strip(), svg, marks)
 
 
-def _in_words(curve: Curve, line: str) -> str:
-    said = f"{curve.label}: from {curve.y[0]:.4g} at {curve.x[0]:.3g}"
-    said += f" to {curve.y[-1]:.4g} at {curve.x[-1]:.3g}"
-    over = curve.residuals[1]
-    far = max((abs(each - 1) for each in over), default=0.0)
-    return f"{said}, never more than {100 * far:.2g} % from the {line}." if over else f"{said}."
+def _lines(axes: Axes, drawn: Sequence[tuple[int, Curve]]) -> None:
+    for number, each in drawn:
+        style: dict[str, Any] = {"gid": f"curve-{number}", "zorder": 3 - 0.01 * number}
+        look = _look(number) | {"markevery": max(len(each.x) * len(drawn) // 60, 1)}
+        if each.low:
+            band = {"color": look["color"], "alpha": 0.18, "lw": 0}
+            axes.fill_between(each.x, each.low, each.high, **band, **style)
+        if len(each.line[0]):
+            axes.plot(*each.line, color=look["color"], lw=1.1, ls="--", **style)
+        axes.plot(each.x, each.y, lw=1.4, markersize=5, **look, **style)
 
 
-def _mark_values(axes: Axes, x: list[float]) -> None:
-    """Put marks at the values themselves, or at every n-th of them, where labels fit."""
-    step = -(-len(x) // _MOST_MARKS)
-    marks = x[step - 1 :: step]
-    if min(np.diff(marks), default=0.0) > (x[-1] - x[0]) / (2 * _MOST_MARKS):
-        axes.set_xticks(marks)
+def _points(axes: Axes, drawn: Sequence[tuple[int, Curve]]) -> None:
+    for number, each in drawn:
+        style: dict[str, Any] = {"gid": f"curve-{number}", "zorder": 3 - 0.01 * number}
+        if each.low:
+            ends = {"color": _look(number)["color"], "lw": 1.0, "alpha": 0.7}
+            axes.vlines(each.x, each.low, each.high, **ends, **style)
+        if len(each.line[0]):
+            axes.plot(*each.line, color=_GREY, lw=1.1, ls="--", gid=f"curve-{number}")
+        axes.plot(each.x, each.y, ls="none", markersize=5, **_look(number), **style)
 
 
-def _within_a_decade(axis: Axis) -> bool:
-    """Label marks with plain numbers where an axis spans less than a decade; say if so."""
-    low, high = axis.get_view_interval()
-    if narrow := high < 10 * low:
-        axis.set_major_formatter("{x:g}")
-        axis.set_minor_formatter("{x:g}")
-    return bool(narrow)
+def _bars(axes: Axes, drawn: Sequence[tuple[int, Curve]]) -> None:
+    top = np.zeros(len(drawn[0][1].x))
+    for number, each in drawn:
+        colour, hatch = COLOURS[number % len(COLOURS)], "///" if number >= len(COLOURS) else None
+        style: dict[str, Any] = {
+            "color": colour,
+            "hatch": hatch,
+            "gid": f"curve-{number}",
+            "edgecolor": _PAPER,
+        }
+        axes.bar(each.x, each.y, 0.8 if float(each.x[0]).is_integer() else 0.4, bottom=top, **style)
+        top += np.array(each.y)
 
 
-def _panels(canvas: Canvas, two: bool) -> tuple[Axes, Axes]:
-    """Make the axes for curves, and the lowest axes, which have the horizontal label."""
-    if not two:
-        axes = canvas.subplots()
-        canvas.subplots_adjust(left=0.15, right=0.985, top=0.98, bottom=0.13)
-        return axes, axes
-    above, below = canvas.subplots(2, 1, sharex=True, height_ratios=(3, 1.25))
-    canvas.subplots_adjust(left=0.17, right=0.985, top=0.985, bottom=0.1, hspace=0.06)
-    return above, below
+def _look(number: int) -> dict[str, Any]:
+    kind, hollow = number % len(COLOURS), number >= len(COLOURS)
+    fill = {"markerfacecolor": _PAPER} if hollow else {}
+    return {"color": COLOURS[kind], "marker": MARKERS[kind], **fill}
 
 
-def _over_lines(axes: Axes, drawn: Sequence[Curve]) -> None:
-    for number, each in enumerate(drawn):
-        style = _marks(number) | {"linestyle": "none", "markersize": 4}
-        axes.plot(*each.residuals, **style)
-    axes.axhline(1.0, color=_GREY, lw=1.2)
-    farthest = max(abs(np.log(v)) for each in drawn for v in each.residuals[1])
-    reach = np.exp(max(np.log(_NARROWEST), 1.1 * farthest))
-    scale = "log" if reach > _WIDE else "linear"
-    axes.set(yscale=scale, ylim=(1 / reach, reach), ylabel="measured ÷\nline")
-    axes.yaxis.set_minor_formatter(NullFormatter())
-    if scale == "linear":
-        axes.yaxis.set_major_locator(MaxNLocator(4, steps=(1, 2, 4, 5, 10)))
-
-
-def _counts(axes: Axes, curve: Curve, number: int) -> None:
-    axes.plot(*curve.line, color=_GREY, lw=1.4, zorder=1)
-    style = _marks(number) | {"linestyle": "none", "markersize": 6, "capsize": 2}
-    axes.errorbar(curve.x, curve.y, yerr=_half_band(curve), label=curve.label, **style)
-
-
-def _residuals(axes: Axes, curve: Curve, number: int) -> None:
-    style = _marks(number) | {"linestyle": "none", "markersize": 4.5, "capsize": 2, "lw": 1}
-    x, over = curve.residuals
-    apart = np.array(x) * _APART ** (number - 0.5)
-    axes.errorbar(apart, over, yerr=_half_band(curve) / curve.line[1], **style)
-
-
-def _half_band(curve: Curve) -> np.ndarray:
-    return (np.array(curve.high) - curve.low) / 2
-
-
-def _marks(number: int) -> dict[str, Any]:
+def key_of(number: int) -> tuple[str, str]:
+    """Return the colour of a curve, and its marker as a letter."""
     kind = number % len(COLOURS)
-    fill = COLOURS[kind] if number % 2 == 0 else "white"
-    return {"color": COLOURS[kind], "marker": MARKERS[kind], "markerfacecolor": fill}
+    return COLOURS[kind], GLYPHS[number >= len(COLOURS)][kind]
+
+
+def _key(name: str, labels: Sequence[str]) -> str:
+    if len(labels) < 2:
+        return ""
+    rows = -(-len(labels) // 2)
+    canvas = Canvas(figsize=(WIDTH / _PER_INCH, (20 * rows + 8) / _PER_INCH))
+    handles = [mpl.lines.Line2D([], [], lw=1.4, **_look(n)) for n in range(len(labels))]
+    canvas.legend(handles, labels, ncols=2, loc="center left", mode="expand")
+    return _svg(canvas, name)
+
+
+def _ticks(axis: Axis, most: int) -> None:
+    """Label an axis with plain numbers and powers of ten that have room."""
+    low, high = axis.get_view_interval()
+    axis.set_minor_formatter(NullFormatter())
+    if axis.get_scale() == "linear":
+        axis.set_major_locator(MaxNLocator(most, steps=(1, 2, 2.5, 5, 10)))
+    elif high < 30 * low:  # few decades: marks within them
+        within = (1.0, 1.5, 2.0, 3.0, 5.0) if high < 4 * low else (1.0, 2.0, 5.0)
+        axis.set_major_locator(LogLocator(subs=within if high < 12 * low else (1.0, 3.0)))
+    else:
+        axis.set_major_locator(LogLocator(numticks=most + 1))
+    axis.set_major_formatter(lambda value, _: number_text(value))
+
+
+def number_text(value: float) -> str:
+    """Write a number of an axis: ``0.01``, ``500``, ``10⁴``, without small letters."""
+    if value == 0 or 1e-3 <= abs(value) < 1e4:
+        return f"{value:.4g}".replace("-", "−")
+    power = math.floor(math.log10(abs(value)) + 1e-9)
+    front = value / 10.0**power
+    raised = str(power).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+    return f"10{raised}" if abs(front - 1) < 1e-9 else f"{front:.3g}·10{raised}"
+
+
+def _in_words(curve: Curve) -> str:
+    if not len(curve.x):
+        return f"{curve.label}."
+    said = f"{curve.label}: from {curve.y[0]:.4g} at {curve.x[0]:.3g}"
+    return f"{said} to {curve.y[-1]:.4g} at {curve.x[-1]:.3g}."
+
+
+def _marks(canvas: Canvas, axes: Axes, number: int, curve: Curve, panel: Panel) -> Iterator[Mark]:
+    """Yield the points of one curve that are drawn: those with finite places."""
+    y = list(curve.y)
+    if panel.look == "bars":  # in the middle of its part of the bar
+        below = [0.0] * len(y)
+        for other in panel.drawn[: [c.label for c in panel.drawn].index(curve.label)]:
+            below = [a + b for a, b in zip(below, other.y, strict=True)]
+        y = [a + b / 2 for a, b in zip(below, y, strict=True)]
+    right, up = axes.transData.transform(np.column_stack((curve.x, y))).T / canvas.dpi
+    places = np.column_stack((right, canvas.get_figheight() - up)) * _PER_INCH
+    ends: Sequence[Any] = list(zip(curve.low, curve.high, strict=True)) or [None] * len(y)
+    for place, at, value, both in zip(
+        places.round(1).tolist(), curve.x, curve.y, ends, strict=True
+    ):
+        if np.isfinite(place).all():
+            where = panel.ticks[round(at)] if panel.ticks else f"{at:.4g}"
+            where += f", {panel.sides[at > round(at)]}" if panel.sides else ""
+            interval = f" ({both[0]:.4g} to {both[1]:.4g})" if both else ""
+            words = f"{curve.label}: {value:.4g}{interval} at {where}"
+            yield Mark(number, words, (place[0], place[1]))
 
 
 def _svg(canvas: Canvas, name: str) -> str:
-    """Return the plot as an ``svg`` element that scales, with ids of its own on a page."""
+    """Return a panel as an ``svg`` element that scales, with ids of its own on a page."""
     stream = io.StringIO()
-    canvas.savefig(stream, format="svg", metadata={"Date": None, "Creator": None})
+    canvas.savefig(stream, format="svg", transparent=True, metadata={"Date": None, "Creator": None})
     text = stream.getvalue()
     text = text[text.index("<svg") :]
-    text = re.sub(r"<metadata>.*?</metadata>\s*", "", text, flags=re.DOTALL)
-    text = re.sub(r'^(<svg[^>]*?) width="[^"]*"', r"\1", text)
-    text = re.sub(r'^(<svg[^>]*?) height="[^"]*"', r"\1", text)
-    return re.sub(r'(\bid="|href="#|url\(#)', rf"\g<1>{name}-", text)
+    text = re.sub(r"<metadata>.*?</metadata>\s*|<!--.*?-->\s*", "", text, flags=re.DOTALL)
+    text = re.sub(r'^(<svg[^>]*?) width="([\d.]*)pt"', r'\1 width="\2"', text)
+    text = re.sub(r'^(<svg[^>]*?) height="([\d.]*)pt"', r'\1 height="\2"', text)
+    text = re.sub(r'<g id="curve-(\d+)">', r'<g data-curve="\1">', text)
+    text = re.sub(r'<g id="[^"]*">', "<g>", text)  # what nothing refers to, and other white space
+    text = re.sub(r"> <", "><", re.sub(r"\s+", " ", text)).replace("xlink:href", "href")
+    text = re.sub(r'; stroke-linecap: square| xmlns:xlink="[^"]*"', "", text)
+    while "<g></g>" in text:
+        text = text.replace("<g></g>", "")
+    text = re.sub(r" font-family: [^;]*;", "", text)
+    within = re.compile(r"(\d\.\d\d)\d+")  # a hundredth of a pixel is enough
+    text = re.sub(r"<[^>]*>", lambda tag: within.sub(r"\1", tag[0]), text)
+    for colour, of_page in _PAGE.items():
+        text = text.replace(colour, of_page)
+    for number, old in enumerate(dict.fromkeys(re.findall(r'\bid="([^"]*)"', text))):
+        text = re.sub(rf'(\bid="|href="#|url\(#){re.escape(old)}\b', rf"\g<1>{name}-{number}", text)
+    return text.replace("<svg", f"<svg style='font-family: {FONTS}'", 1)
+
+
+def alone(svg: str) -> str:
+    """Return an SVG as a file of its own, which is black on white wherever it is shown."""
+    return svg.replace("<svg style='", "<svg style='color: #1b1b1b; background: #fff; ", 1)

@@ -22,7 +22,7 @@ from bench.frame_costs import WORLD, Size, measure_process, measure_worlds, wind
 from bench.frame_memory import GROWTH, HELD, measure_memory, memory_claims
 from bench.images.differences import errors, flips
 from bench.images.equal_error import EQUAL_ERROR
-from bench.plots import Curve, Plot, curves, estimated
+from bench.plots import SIDE, Curve, Panel, Plot, curves, estimated, figure, number_text
 from bench.records.claims import EXACT, Claim, at_least, at_most, claim, equals, within
 from bench.records.records import Column, Point, Record, columns, grouped, where
 from bench.seeds import first_seed
@@ -34,7 +34,7 @@ from bench.statistics.estimates import (
     two_sided_factor,
     two_sided_median,
 )
-from bench.statistics.fits import compare_with_log, fit_exponent
+from bench.statistics.fits import fit_exponent
 from bench.timing import (
     measure_command,
     measure_sampling,
@@ -213,85 +213,78 @@ def added_by_parts(points: Sequence[Point]) -> tuple[np.ndarray, np.ndarray]:
 
 # Plots and tables.
 
+SIDES = {"whole": "unpruned", "pruned": "pruned"}
+_WORLD_AXIS = "objects in the world; left unpruned, right pruned"
 _LABELS = {"blake": "pruned", "full": "unpruned"}
 
 
 def _cost_plots(record: Record) -> Iterator[Plot]:
-    if frames := where(record.points, what="frames"):
-        yield _stages_plot(frames[0])
-    sizes = where(record.points, what="size")
-    yield from (_size_plot(kind, points) for (kind,), points in grouped(sizes, "kind").items())
+    if sizes := where(record.points, what="size"):
+        yield _sizes_plot(sizes)
 
 
-def _stages_plot(frames: Point) -> Plot:
-    whole = _frame_us(frames) / 1e6
-    x = [float(n + 1) for n in range(len(whole))]
-    drawn = [
-        Curve(name, x, (np.maximum(_stage_us(frames, stage), 1) / 1e6).tolist())
-        for stage, name in (*STAGES.items(), ("metric", "the metric alone"))
-    ]
-    words = "; ".join(f"{c.label}: {np.median(c.y):.3g} s" for c in drawn)
-    caption = (
-        f"Seconds of every stage in {len(x)} frames of meadow that no longer compile, 320 × 180, 8 "
-        f"samples a pixel. Medians: {words}; a frame {np.median(whole):.3g} s. The metric alone "
-        "is three squares, a root and a comparison for each part examined."
-    )
-    axis, scales = ("frame", "seconds"), ("linear", "log")
-    return curves("stages", "A frame, stage by stage", caption, axis, drawn, scales)
-
-
-def _size_plot(kind: str, points: Sequence[Point]) -> Plot:
-    drawn = []
-    for (side,), row in grouped(points, "side").items():
-        label = "unpruned" if side == "whole" else side
-        x = [float(p.case["objects"]) for p in row]
-        for name, of_point in (
-            ("set-up", _set_up_us),
-            ("trace", partial(_stage_us, stage="trace")),
+def _sizes_plot(points: Sequence[Point]) -> Plot:
+    """Draw stages, one on the other, and memory, of both sides of every size of world."""
+    panels: list[Panel] = []
+    told = {}
+    for (kind,), row in grouped(points, "kind").items():
+        sizes = grouped(sorted(row, key=lambda p: p.case["objects"]), "objects")
+        both = [one for pair in sizes.values() for s in SIDES for one in where(pair, side=s)]
+        x = [k + side for k in range(len(sizes)) for side in (-SIDE, SIDE)]
+        ticks = [number_text(objects) for (objects,) in sizes]
+        stacks = [
+            Curve(STAGES[s], x, [float(np.median(_stage_us(p, s))) / 1e6 for p in both])
+            for s in (*SET_UP, "trace")
+        ]
+        held = [float(np.median(p.values("peak_bytes"))) / 1e9 for p in both]
+        for title, axis, drawn in (
+            ("time", "seconds of a frame, medians", stacks),
+            ("memory", "peak of a fresh process (GB)", [Curve("memory", x, held)]),
         ):
-            y = [max(float(np.median(of_point(p))), 1.0) / 1e6 for p in row]
-            drawn.append(Curve(f"{name}, {label}", x, y))
-    words = "; ".join(f"{c.label}: {', '.join(f'{y:.3g}' for y in c.y)} s" for c in drawn)
+            axes, scales = (_WORLD_AXIS, axis), ("linear", "linear")
+            panels.append(
+                Panel(f"{kind}: {title}", axes, drawn, scales, "bars", ticks, [*SIDES.values()])
+            )
+        unpruned, pruned = both[-2:]
+        times = [
+            ratio(of(pruned), of(unpruned)).value
+            for of in (_set_up_us, partial(_stage_us, stage="trace"))
+        ]
+        told[pruned.case["objects"]] = (
+            f"{kind}, {ticks[-1]} objects: pruning takes set-up × {times[0]:.2g}, memory × "
+            f"{held[-1] / held[-2]:.2g} and tracing × {times[1]:.2g}"
+        )
+    title = told.pop(max(told))
     caption = (
-        f"Seconds of a frame of {kind}, pruned at one pixel and unpruned, against the objects of "
-        f"its world; set-up is pruning, posing, describing and building, medians. {words}. Time to "
-        "trace hardly depends on pruning: what pruning saves is set-up and memory."
+        f"{'; '.join((*told.values(), ''))}medians over frames, each side in a fresh process. "
+        "Unpruned worlds of `meadow` are built once and hold every object's own "
+        "sticks: nothing is instanced. Times are those of one machine."
     )
-    axis = "objects in the world", "seconds"
-    return curves(f"sizes-{kind}", f"Larger worlds: {kind}", caption, axis, drawn)
+    title, caption = (each[:1].upper() + each[1:] for each in (title, caption))
+    return figure("stages", title, caption, panels)
 
 
 def _world_plots(record: Record) -> Iterator[Plot]:
     points = record.points
     beyond, unpruned = beyond_limit(points), where(points, metric="full")
-    models = compare_with_log(*added_by_parts(unpruned))
-    parts = np.array([float(p.column("parts")[0]) for p in unpruned])
-    fitted = float(np.median(seconds(unpruned[0]))) + models.line(parts[1:] - parts[0])
-    middle = float(np.median(np.concatenate([seconds(p) for p in beyond])))
-    lines = {
-        "blake": ([float(p.case["objects"]) for p in beyond], [middle] * len(beyond)),
-        "full": ([float(p.case["objects"]) for p in unpruned[1:]], fitted.tolist()),
-    }
     drawn = []
     for metric, label in _LABELS.items():
         row = where(points, metric=metric)
         found = [two_sided_median(seconds(p)) for p in row]
-        x = [float(p.case["objects"]) for p in row]
-        drawn.append(estimated(label, x, found, lines[metric]))
+        drawn.append(estimated(label, [float(p.case["objects"]) for p in row], found))
     same = len({p.case["scene"] for p in beyond})
-    ends = " ".join(
-        f"{c.label}: {c.y[0]:.3g} at {c.x[0]:.0e} objects, {c.y[-1]:.3g} at {c.x[-1]:.0e}."
-        for c in drawn
+    most = number_text(unpruned[-1].case["objects"])
+    title = (
+        f"Beyond the limit distance a frame takes {drawn[0].y[-1]:.2g} s in a world of any size; "
+        f"unpruned, {drawn[1].y[-1]:.2g} s for {most} objects"
     )
     caption = (
         "From prune to plain frame, seconds of one core: medians with their 95 % intervals. Of the "
         f"worlds larger than the limit distance, {len(beyond)} give {same} "
-        f"frame{'s' if same > 1 else ''}, compared bit for bit. {ends} Dashed: no growth "
-        "once the world is larger than the limit; unpruned, what parts add to the smallest world, "
-        f"of which {models.words}, x being the parts added."
+        f"frame{'s' if same > 1 else ''}, compared bit for bit."
     )
     axis = "objects in the world", "seconds for a frame"
-    yield curves("time", "A frame in ever larger worlds", caption, axis, drawn)
+    yield curves("world", title, caption, axis, drawn)
 
 
 def _size_tables(record: Record) -> Iterator[tuple[str, Table]]:

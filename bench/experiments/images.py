@@ -18,7 +18,7 @@ from bench.experiment import Experiment, Topic
 from bench.images import colonnade, cover, fields, pixels, shipped, spectrum
 from bench.images.differences import band_name, coverage_ratio, errors, luminance_ratio, same_place
 from bench.images.equal_error import EQUAL_ERROR, GRASS_ERROR, Reached, equal_error
-from bench.plots import Curve, Plot, curves, estimated
+from bench.plots import Curve, Panel, Plot, curves, estimated, figure
 from bench.records.claims import EXACT, UNREPLICATED, Claim, at_most, claim, equals, within
 from bench.records.records import NOTE, Point, Record, grouped, where
 from bench.statistics.estimates import (
@@ -179,118 +179,206 @@ _LEAST = 1e-4
 """The value at which an error of 0 or below is drawn: the axis is logarithmic."""
 
 
-def _told(drawn: Sequence[Curve]) -> str:
-    return "; ".join(f"{c.label}: {', '.join(f'{y:.3f}' for y in c.y)}" for c in drawn)
-
-
 def _fidelity_plots(record: Record) -> Iterator[Plot]:
-    pruned = where(record.points, what="headline", pruned=fields.EVERYTHING)
+    if headline := where(record.points, what="headline", pruned=fields.EVERYTHING):
+        yield from _by_distance(headline)
+    if sweep := where(record.points, what="sweep"):
+        yield _metrics_plot(sweep)
+
+
+def _by_distance(points: Sequence[Point]) -> Iterator[Plot]:
+    """Draw luminance, coverage and error of every view by bands of distance."""
     kinds: dict[str, Callable[[Point, int], Estimate | None]] = {
-        "luminance ratio": luminance_ratio,
-        "coverage ratio": coverage_ratio,
+        "luminance ÷ the reference's": luminance_ratio,
+        "coverage ÷ the reference's": coverage_ratio,
         "FLIP in the same places": same_place,
     }
+    panels, ratios, worst = [], [], 0.0
     for name, estimate in kinds.items():
-        logarithmic = estimate is same_place
         drawn = []
-        for point in pruned:
+        for point in points:
             bands = fields.judged_bands(point) if len(errors(point)) > 1 else []
             found = {b: e for b in bands if (e := estimate(point, b)) is not None}
             if len(found) > 1:
-                middle = [
-                    math.sqrt(max(fields.EDGES_M[b], 5.0) * fields.EDGES_M[b + 1]) for b in found
-                ]
-                least, found_ = _LEAST if logarithmic else -np.inf, list(found.values())
-                drawn.append(estimated(point.case["view"], middle, found_, least=least))
-        if drawn:
-            caption = (
-                f"All representations pruned by blake at one pixel: {name} by distance, means over "
-                f"fields with 95 % intervals. {_told(drawn)}."
-            )
-            scales = "log", "log" if logarithmic else "linear"
-            axes = "distance (m)", name
-            title = f"By distance: {name}"
-            yield curves(f"fidelity-{_file(name)}", title, caption, axes, drawn, scales)
-    for (view,), swept in grouped(where(record.points, what="sweep"), "view").items():
-        reached = "; ".join(
-            f"{each.metric}: {f'τ = {each.detail:.2f}' if each.found else 'not in every field'}"
-            for each in _swept(swept).values()
+                x = [math.sqrt(max(fields.EDGES_M[b], 5.0) * fields.EDGES_M[b + 1]) for b in found]
+                least = _LEAST if estimate is same_place else -np.inf
+                drawn.append(estimated(point.case["view"], x, [*found.values()], least=least))
+                if estimate is same_place:
+                    worst = max(worst, *(e.value for e in found.values()))
+                else:
+                    ratios += [abs(e.value - 1) for e in found.values()]
+        same = estimate is same_place
+        axis, scale = ("distance (m)", name), ("log", "log" if same else "linear")
+        between = None if same else (1 - BAND_MARGIN, 1 + BAND_MARGIN)
+        panels.append(Panel("", axis, drawn, scale, between=between))
+    if ratios:
+        inside = sum(r <= BAND_MARGIN for r in ratios)
+        title = (
+            f"{inside} of {len(ratios)} means of luminance and coverage by distance stay within "
+            f"{100 * BAND_MARGIN:g} %; in the same places pictures differ by up to FLIP {worst:.2g}"
         )
-        for axis in ("detail threshold τ (px)", "parts displayed"):
-            drawn = []
-            for (metric,), row in grouped(swept, "metric").items():
-                at = {
-                    float(p.case["detail"] if "τ" in axis else max(p.values("parts").mean(), 1)): p
-                    for p in row
-                }
-                swept_errors = [one_sided_mean(errors(at[x])) for x in sorted(at)]
-                drawn.append(estimated(metric, sorted(at), swept_errors, least=_LEAST))
-            caption = (
-                f"Mean FLIP of the {view} view, noise extrapolated to zero, all but the ground "
-                f"pruned, with one-sided 95 % bounds. It reaches {_compared_at(view)} at {reached}."
-            )
-            name = f"fidelity-{_file(view)}-{'detail' if 'τ' in axis else 'parts'}"
-            title = f"Error against {axis}, {view}"
-            yield curves(name, title, caption, (axis, "FLIP"), drawn, ("log", "log"))
+        caption = (
+            "All representations pruned by blake at one pixel, against a finer reference, without "
+            "grass; means over fields with 95 % intervals, FLIP without noise. Shaded: claimed."
+        )
+        yield figure("by-distance", title, caption, panels)
+
+
+def _metrics_plot(points: Sequence[Point]) -> Plot:
+    """Draw the error of every metric in every view by the parts that it displays."""
+    panels, ratios = [], []
+    for (view,), swept in grouped(points, "view").items():
+        drawn = []
+        for (metric,), row in grouped(swept, "metric").items():
+            at = {max(float(p.values("parts").mean()), 1.0): p for p in row}
+            found = [one_sided_mean(errors(at[x])) for x in sorted(at)]
+            drawn.append(estimated(metric, sorted(at), found, least=_LEAST))
+        panels.append(Panel(view, ("parts displayed", "FLIP, one-sided 95 % bounds"), drawn))
+        reached = [each for each in _swept(swept).values() if each.found]
+        if reached and reached[0].metric == "blake":
+            ratios += [reached[0].parts_over(each).value for each in reached[1:]]
+    title = "Error against parts displayed, by metric"
+    if ratios:
+        title = (
+            f"At equal error blake displays {min(ratios):.2f} to {max(ratios):.2f} times the parts "
+            "of the other metrics"
+        )
+    caption = (
+        "Mean FLIP over fields, noise extrapolated to zero, all but the ground pruned. Compared at "
+        f"FLIP {EQUAL_ERROR:g}, over nothing but grass at {GRASS_ERROR:g}."
+    )
+    return figure("metrics", title, caption, panels)
 
 
 def _shipped_plots(record: Record) -> Iterator[Plot]:
-    drawn = []
-    for (preset,), row in grouped(where(record.points, pruned=shipped.GROUND), "preset").items():
-        at = {float(p.values("triangles").mean()): p for p in row}
-        found = [one_sided_mean(errors(at[x])) for x in sorted(at)]
-        drawn.append(estimated(preset, sorted(at), found, least=_LEAST))
-    if drawn:
-        x = [value for each in drawn for value in each.x]
-        drawn.append(Curve("claimed", [min(x), max(x)], [MOST_ERROR] * 2))
-        caption = (
-            "FLIP of pictures whose ground alone is pruned, at half, once and twice the shipped τ, "
-            "against the triangles in them, mean over places with one-sided 95 % bounds."
+    points = [p for p in record.points if len(errors(p)) > 1]
+    shown = where(points, step=1.0)
+    found = {id(p): one_sided_mean(errors(p)) for p in points}
+    everything = where(shown, pruned=shipped.EVERYTHING)
+    names = [p.case["preset"] for p in sorted(everything, key=lambda p: found[id(p)].value)]
+    panels = []
+    if names:
+        drawn = []
+        for (pruned,), row in grouped(shown, "pruned").items():
+            row = sorted(row, key=lambda p: names.index(p.case["preset"]))
+            x = [float(names.index(p.case["preset"])) for p in row]
+            drawn.append(
+                estimated(_SAYS.get(pruned, pruned), x, [found[id(p)] for p in row], least=_LEAST)
+            )
+        axis, scale = ("preset, at its shipped τ", "FLIP, one-sided 95 % bounds"), ("linear", "log")
+        panels.append(Panel("Shipped settings", axis, drawn, scale, "points", names))
+    for (pruned,), rows in grouped(points, "pruned").items():
+        drawn = []
+        for (preset,), row in grouped(rows, "preset").items():
+            at = {float(p.case["step"]): found[id(p)] for p in row}
+            if len(at) > 1:
+                drawn.append(
+                    estimated(preset, sorted(at), [at[x] for x in sorted(at)], least=_LEAST)
+                )
+        axis = "τ ÷ the shipped τ", "FLIP, one-sided 95 % bounds"
+        panels.append(Panel(f"Against τ: {_SAYS.get(pruned, pruned)}", axis, drawn))
+    passed = sum(found[id(p)].high <= MOST_ERROR for p in everything)
+    title = (
+        f"As shipped, {passed} of {len(names)} presets stay within FLIP {MOST_ERROR:g} of the "
+        "finest picture"
+    )
+    caption = (
+        "Means over places, FLIP without noise. The floor is the reference against itself with "
+        "other samples; records that hold no ceiling show none."
+    )
+    if any(panel.drawn for panel in panels):
+        yield figure("presets", title, caption, panels)
+    if everything:
+        yield _bands_plot(everything)
+
+
+_SAYS = {shipped.NOTHING: "floor: reference to itself", shipped.EVERYTHING: "as shipped"}
+
+
+def _bands_plot(points: Sequence[Point]) -> Plot:
+    """Draw luminance and coverage of presets, with grass and without, from near to far."""
+    lit, filled, told = [], [], []
+    for point in points:
+        tones = shipped.judged_bands(point)
+        bands = [float(k + 1) for k in tones]
+        label = point.case["preset"]
+        lit.append(Curve(label, bands, [float(each.mean()) for each in tones.values()]))
+        covers = [coverage_ratio(point, k).value for k in tones]
+        filled.append(Curve(label, bands, covers))
+        told.append((min(covers), label))
+    least, preset = min(told)
+    title = f"By distance, coverage falls to {least:.2f} of the reference's in {preset}"
+    caption = (
+        "Presets at their shipped settings: means over places by bands that are even in the "
+        "logarithm, from twice the height of the eye to where air or ground ends. Shaded: ± 2 %."
+    )
+    between = 1 - BAND_MARGIN, 1 + BAND_MARGIN
+    panels = [
+        Panel(
+            "",
+            ("band of distance, near to far", f"{what} ÷ the reference's"),
+            drawn,
+            ("linear", "linear"),
+            between=between,
         )
-        axes = "triangles in the picture", "FLIP"
-        yield curves("fidelity-shipped-ground", "Error against triangles", caption, axes, drawn)
+        for what, drawn in (("luminance", lit), ("coverage", filled))
+    ]
+    return figure("bands", title, caption, panels)
 
 
 def _cover_plots(record: Record) -> Iterator[Plot]:
-    for look, outlook in cover.LOOKS.items():
+    clear = where(record.points, air="clear")
+    looks = {
+        look: max(p.case["detail"] for p in row) for (look,), row in grouped(clear, "look").items()
+    }
+    panels, off = [], {}
+    for bare, words in ((False, "With far cover"), (True, "Without")):
         drawn = []
-        for point in where(record.points, look=look, air="clear"):
-            middles = [math.sqrt(a * b) for a, b in pairwise(outlook.edges_m)]
-            found = [cover.tone(point, band) for band in range(len(middles))]
-            bare = "" if point.case["cover"] else ", without cover"
-            label = f"{point.case['detail']:g} px{bare}"
-            drawn.append(estimated(label, middles, found, least=1e-3))
+        for look, detail in looks.items():
+            edges = cover.LOOKS[look].edges_m
+            middles = [math.sqrt(a * b) for a, b in pairwise(edges)]
+            for point in where(clear, look=look, detail=detail, cover=not bare):
+                found = [cover.tone(point, band) for band in range(len(edges) - 1)]
+                label = f"{look.replace('_', ' ')}, τ = {detail:g} px"
+                drawn.append(estimated(label, middles, found, least=1e-3))
         if drawn:
-            caption = (
-                f"Mean luminance of {look} in clear air, pruned ÷ unpruned, by band of distance "
-                f"(claimed within {100 * BAND_MARGIN:g} %). {_told(drawn)}."
-            )
-            axes = "distance (m)", "luminance ratio"
-            yield curves(f"cover-{look}", f"Luminance by distance: {look}", caption, axes, drawn)
+            off[bare] = max(abs(y - 1) for each in drawn for y in each.y)
+            axis = "distance (m)", "luminance ÷ unpruned"
+            between = 1 - BAND_MARGIN, 1 + BAND_MARGIN
+            panels.append(Panel(words, axis, drawn, ("log", "linear"), between=between))
+    title = "Luminance by distance, against the unpruned scene"
+    if len(off) == 2:
+        title = (
+            f"Far land is off by up to {100 * off[True]:.0f} % without the cover that stands for "
+            f"what is left out, with it by {100 * off[False]:.0f} %"
+        )
+    caption = "Clear air; means over fields with 95 % intervals. Shaded: claimed."
+    if panels:
+        yield figure("cover", title, caption, panels)
 
 
 def _spectrum_plots(record: Record) -> Iterator[Plot]:
-    names = {"whole": "unpruned", "pruned": "pruned", "lost": "difference"}
-    middles = [math.sqrt(a * b) for a, b in pairwise(spectrum.EDGES)]
-    for point in record.points:
-        detail, cutoff = point.case["detail"], point.prediction("cutoff")
-        drawn = [
-            Curve(label, middles, np.maximum(spectrum.octaves(point, name), 1e-12).tolist())
-            for name, label in names.items()
-        ]
-        ends = [min(min(each.y) for each in drawn), max(max(each.y) for each in drawn)]
-        drawn.append(Curve("cut-off 1/(2τ)", [cutoff, cutoff], ends))
-        caption = (
-            "Power of pictures of albedo by octave of frequency, unpruned, pruned at "
-            f"τ = {detail:g} px, and their difference."
-        )
-        axes = "frequency (cycles per pixel)", "power in the octave"
-        title = f"Is pruning a low-pass filter? τ = {detail:g} px"
-        yield curves(f"spectrum-{detail:g}", title, caption, axes, drawn)
+    middles, drawn, told = [math.sqrt(a * b) for a, b in pairwise(spectrum.EDGES)], [], []
+    for point in sorted(record.points, key=lambda p: p.case["detail"]):
+        label, cutoff = f"τ = {point.case['detail']:g} px", point.prediction("cutoff")
+        lost, whole = (np.maximum(spectrum.octaves(point, n), 1e-12) for n in ("lost", "whole"))
+        drawn.append(Curve(label, [x / cutoff for x in middles], (lost / whole).tolist()))
+        below, above = (spectrum.power(point, "lost", each).sum() for each in (False, True))
+        told.append(f"{100 * below / (below + above):.0f} % at {label}")
+    title = f"No low-pass filter: of the power lost, {told[0]} lies below the cut-off"
+    caption = (
+        "Power of the difference of albedo ÷ power of the unpruned picture, by octave. A low-pass "
+        "filter would leave 0 below 1 and take 1 above. Below the cut-off 1/(2τ): "
+        f"{'; '.join(told)}."
+    )
+    axis = "frequency ÷ cut-off 1/(2τ)", "power lost ÷ power unpruned"
+    yield curves("spectrum", title, caption, axis, drawn)
 
 
 def _pixel_plots(record: Record) -> Iterator[Plot]:
     shares = (0.5, 0.2, 0.1, 0.05, 0.02, 0.01)
+    panels: list[Panel] = []
+    most: dict[tuple[str, float, str], float] = {}
     for (species, detail), row in grouped(record.points, "species", "detail").items():
         drawn = [
             Curve(
@@ -300,18 +388,15 @@ def _pixel_plots(record: Record) -> Iterator[Plot]:
             )
             for point in row
         ]
-        words = "; ".join(f"{each.label} {each.x[3]:.2f} at 5 %" for each in drawn)
-        caption = (
-            f"Of {species}s at τ = {detail:g} px, drawn alone: the share of them that have more "
-            f"parts to a pixel covered. {words}; at most {pixels.MOST:g} is claimed."
-        )
-        axes = "parts ÷ pixels covered", "share of the objects that have more"
-        title = f"Parts to a pixel, {species}s, τ = {detail:g} px"
-        yield curves(f"pixels-{species}-{detail:g}", title, caption, axes, drawn)
-
-
-def _file(name: str) -> str:
-    return name.lower().replace(" ", "-")
+        most |= {(species, detail, each.label): each.x[3] for each in drawn}
+        axis = "parts ÷ pixels covered", "share of the objects that have more"
+        panels.append(Panel(f"{species}, τ = {detail:g} px", axis, drawn))
+    title = (
+        f"One object in twenty has more than {min(most.values()):.2g} to {max(most.values()):.2g} "
+        f"parts to a pixel; {pixels.MOST:g} is claimed"
+    )
+    caption = "Objects drawn alone, at the distances of a field."
+    yield figure("pixels", title, caption, panels)
 
 
 _SIX_PLACES = (

@@ -36,13 +36,14 @@ from bench.counting import (
 )
 from bench.experiment import Experiment, Topic
 from bench.part_sizes import camera, prototypes_with, seed_of
-from bench.plots import Curve, Plot, against_law, curves, estimated
+from bench.plots import Curve, Panel, Plot, curves, estimated, figure
 from bench.records.claims import EXACT, Claim, at_most, claim, within
 from bench.records.records import Column, Point, Record, columns, grouped, predictions, where
 from bench.statistics.estimates import (
     TWO_SIDED_TAILS,
     Estimate,
     StoppingRule,
+    exactly,
     fields_needed,
     sample,
     two_sided_mean,
@@ -288,24 +289,18 @@ def notes(points: tuple[Point, ...]) -> dict[str, Any]:
 
 # Plots.
 
-_PER_FIELD = "mean number per field"
-
-
-def _scaling_plots(record: Record) -> Iterator[Plot]:
-    kinds, noise = _by_kind(record.points), noise_of(record.points)
-    for species, metric in kinds:
-        for sweep in SWEEPS if metric == PRUNED else ():
-            if points := where(record.points, species=species, metric=metric, sweep=sweep):
-                yield _sweep_plot(record, species, sweep, points, noise)
-    for sweep in BEYOND:
-        if points := where(record.points, sweep=sweep):
-            yield _beyond_plot(sweep, points)
-    for draw in (partial(_law_plot, noise=noise), _search_plot) if kinds else ():
-        yield from (draw(kinds, what) for what in ("objects", "parts"))
+_KINDS = {"figure": "people", "tree": "trees", "sward": "grass"}
 
 
 def _mean(point: Point, column: str) -> float:
     return float(point.values(column).mean())
+
+
+def _series(point: Point) -> str:
+    """Name what a point of a sweep shows: its species; or that the extended model predicts it."""
+    if point.case["gathered"] != "evenly":
+        return "placed unevenly"
+    return _KINDS[point.case["species"]] if point.case["sweep"] in SWEEPS else "hills, haze, mixed"
 
 
 def half_interval(point: Point, what: str, noise: Mapping[str, float]) -> float:
@@ -314,98 +309,126 @@ def half_interval(point: Point, what: str, noise: Mapping[str, float]) -> float:
     The variance is the law's, times the ratio ``noise`` that all fields of the species and metric
     together have to it: few large fields alone could not say how much they vary.
     """
-    scale = noise[f"{point.case['metric']}/{point.case['species']}/{what}"]
+    scale = noise.get(f"{point.case['metric']}/{point.case['species']}/{what}", 1.0)
     variance = scale * point.prediction(f"{what}_variance") / len(point.column(what))
     return float(stats.norm.ppf(TWO_SIDED_TAILS[1]) * np.sqrt(variance))
 
 
-def _series(
-    label: str,
-    points: Iterable[Point],
-    what: str,
-    along: Callable[[Point], float],
-    noise: Mapping[str, float],
-) -> Curve:
-    points = sorted(points, key=along)
-    x, y = [along(p) for p in points], [_mean(p, what) for p in points]
-    half = [half_interval(p, what, noise) for p in points]
-    low, high = ([a + k * b for a, b in zip(y, half, strict=True)] for k in (-1, 1))
-    return Curve(label, x, y, low, high, (x, [p.prediction(what) for p in points]))
+def spread(point: Point, what: str) -> Estimate:
+    """Estimate the standard deviation of fields ÷ the law's, with the interval of χ²."""
+    counts = point.values(what)
+    freedom = len(counts) - 1
+    found = float(counts.std(ddof=1) / math.sqrt(point.prediction(f"{what}_variance")))
+    low, high = (found * math.sqrt(freedom / v) for v in stats.chi2.ppf(TWO_SIDED_TAILS, freedom))
+    return Estimate(found, float(high), float(low), math.nan, 1.0, len(counts))
 
 
-def _sweep_plot(
-    record: Record, species: str, sweep: str, points: list[Point], noise: Mapping[str, float]
-) -> Plot:
-    drawn = [
-        _series(f"{what} displayed", points, what, swept, noise) for what in ("objects", "parts")
+_ENOUGH = 50
+"""The fields from which on a spread or a percentile is drawn."""
+
+
+def _scaling_plots(record: Record) -> Iterator[Plot]:
+    noise = noise_of(record.points)
+    points = [p for p in record.points if p.prediction("objects") >= 1.0]
+    several = [p for p in points if len(p.column("objects")) >= _ENOUGH]
+    ratios = {w: [_mean(p, w) / p.prediction(w) for p in points] for w in ("objects", "parts")}
+    panels = [
+        Panel(
+            f"{what.capitalize()}: mean count of fields",
+            (f"{what} predicted in a field", "counted ÷ predicted, 95 %"),
+            _by_series(points, partial(_over_law, what=what, noise=noise)),
+            ("log", "linear"),
+            "points",
+            between=(1 - SINGLE, 1 + SINGLE),
+        )
+        for what in ratios
     ]
-    mark = None
-    if sweep == "world":
-        mark = 2 * max(p.prediction("farthest_limit") for p in points), "L = 2D"
-    told = {"metric": PRUNED, "species": species, "sweep": sweep}
-    caption = " ".join(
-        f"{each.sentence} Measured: {each.measured_text}; {each.verdict_text}."
-        for each in record.claims
-        if each.condition == told
+    if several:
+        spreads = _by_series(several, lambda p: (p.prediction("parts"), spread(p, "parts")))
+        axis = "parts predicted in a field", "standard deviation ÷ predicted, 95 %"
+        title = "Parts: spread of a count from field to field"
+        panels += [Panel(title, axis, spreads, ("log", "linear"), "points", between=(0.9, 1.1))]
+        tail = _by_series(several, _tail)
+        ends = [x for each in tail for x in each.x]
+        x = np.geomspace(min(ends), max(ends), 30)
+        normal = (x.tolist(), (1 + float(stats.norm.ppf(0.99)) * x).tolist())
+        tail.append(Curve("normal distribution", [], [], line=normal))
+        axis = "standard deviation ÷ mean, predicted", "99th percentile ÷ mean, objects"
+        title = "Objects: the fullest field of a hundred"
+        panels += [Panel(title, axis, tail, look="points")]
+    near = np.mean([abs(r - 1) <= SINGLE for row in ratios.values() for r in row])
+    title = f"{100 * near:.0f} % of mean counts lie within {100 * SINGLE:g} % of the prediction"
+    if several:
+        middle = np.median([spread(p, "parts").value for p in several])
+        uneven = [_tail(p)[1].value for p in several if p.case["gathered"] != "evenly"]
+        title += f", and their spread is {middle:.2f} times the predicted"
+    caption = (
+        f"{len(points)} cases, {sum(len(p.column('objects')) for p in points)} fields; cases that "
+        "predict less than one object in a field are in the tables alone. The "
+        "prediction has no free parameter: its density K, sizes and eye are those of the case. "
+        f"Shaded: ± {100 * SINGLE:g} % of the mean, ± 10 % of the spread. "
     )
-    title, axis = f"{SWEEPS[sweep].title} ({species})", (SWEEPS[sweep].axis, _PER_FIELD)
-    return against_law(f"{species}-{sweep}", title, caption, axis, drawn, mark)
+    if several:
+        caption += (
+            f"Spread and percentile are of cases with at least {_ENOUGH} fields; placed unevenly, "
+            f"one field in a hundred holds up to {max(uneven, default=1.0):.2f} times the mean."
+        )
+    yield figure("counts", title, caption, panels)
+    if world := where(points, sweep="world", metric=PRUNED):
+        yield _world_plot(sorted(world, key=swept))
 
 
-def _law_plot(kinds: Mapping[Any, list[Point]], what: str, noise: Mapping[str, float]) -> Plot:
-    drawn = [
-        _series(f"{metric}, {species}", points, what, lambda p: p.prediction(what), noise)
-        for (species, metric), points in kinds.items()
+def _by_series(
+    points: Iterable[Point], place: Callable[[Point], tuple[float, Estimate]]
+) -> list[Curve]:
+    found: dict[str, list[tuple[float, Estimate]]] = {}
+    for point in points:
+        found.setdefault(_series(point), []).append(place(point))
+    rows = {label: sorted(row, key=lambda each: each[0]) for label, row in found.items()}
+    return [
+        estimated(label, [x for x, _ in row], [each for _, each in row])
+        for label, row in rows.items()
     ]
-    caption = (
-        f"Every point of every sweep, as predicted and as measured, {what} per field. The shaded "
-        "band is ± 2 %. The line is the law with its prefactor, without free parameters."
-    )
-    axis = f"{what} predicted per field", f"{what} measured per field"
-    title = f"All sweeps, against the prediction: {what}"
-    return against_law(f"law-{what}", title, caption, axis, drawn)
 
 
-def _search_plot(kinds: Mapping[Any, list[Point]], what: str) -> Plot:
-    drawn = []
-    for (species, metric), points in kinds.items():
-        endless = sorted(where(points, extent=None), key=lambda p: _mean(p, what))
-        displayed = [_mean(p, what) for p in endless]
-        shares = [_mean(p, f"{what}_examined") / _mean(p, what) for p in endless]
-        drawn.append(Curve(f"{metric}, {species}", displayed, shares))
-    caption = (
-        f"How many {what} had to be tested for each one displayed, in endless worlds: it does not "
-        "grow with the field, so that searching costs no more than in proportion."
-    )
-    axis = f"{what} displayed per field", f"{what} examined ÷ displayed"
-    title = f"Examined for each one displayed: {what}"
-    return curves(f"examined-{what}", title, caption, axis, drawn, ("log", "linear"))
+def _over_law(point: Point, what: str, noise: Mapping[str, float]) -> tuple[float, Estimate]:
+    law, half = point.prediction(what), half_interval(point, what, noise)
+    value, low, high = ((_mean(point, what) + k * half) / law for k in (0, -1, 1))
+    return law, Estimate(value, low, high, half / law, 1.0, len(point.column(what)))
 
 
-def _beyond_plot(sweep: str, points: list[Point]) -> Plot:
-    points = sorted(points, key=swept)
-    x = [swept(p) for p in points]
-    flat = [over_flat_ground(p) for p in points]
-    series = [
-        (f"{what} displayed", what, [rows([p], what).over_prediction() for p in points])
+def _tail(point: Point) -> tuple[float, Estimate]:
+    law = point.prediction("objects")
+    counts = point.values("objects")
+    found = exactly(float(np.quantile(counts, 0.99)) / law, len(counts))
+    return math.sqrt(point.prediction("objects_variance")) / law, found
+
+
+def _world_plot(world: Sequence[Point]) -> Plot:
+    x = [swept(p) for p in world]
+    drawn = [
+        Curve(
+            f"{what} {kind}",
+            x,
+            [_mean(p, what + column) for p in world],
+            line=((x, [p.prediction(what) for p in world]) if kind == "displayed" else ((), ())),
+        )
         for what in ("objects", "parts")
+        for kind, column in (("displayed", ""), ("examined", "_examined"))
     ]
-    drawn = []
-    for label, key, found in (*series, ("objects, flat-ground model", "bare", flat)):
-        law = [p.prediction(key) for p in points]
-        ends = [(e.value * p, e.low * p, e.high * p) for e, p in zip(found, law, strict=True)]
-        y, low, high = zip(*ends, strict=True)
-        drawn.append(Curve(label, x, y, low, high, (x, law)))
-    ratios = ", ".join(
-        f"{float(f'{v:.3g}'):g}: {e.value:.4f}" for v, e in zip(x, flat, strict=True)
-    )
+    ends = [p for p in world if beyond(p)]
+    grown = [_mean(p, "objects_examined") for p in ends]
+    title = "What a frame examines and displays stops growing beyond the limit distance"
+    if grown and max(grown) > 1.02 * min(grown):
+        title = f"Beyond the limit distance a frame still examines {max(grown) / min(grown):.2f} ×"
     caption = (
-        "Mean number per field, and the extended model. The third series is the flat-ground "
-        f"model's πK((P + R)/m)² for the same objects: displayed ÷ flat-ground model by "
-        f"{BEYOND[sweep].axis} is {ratios}."
-    )
-    axis = BEYOND[sweep].axis, _PER_FIELD
-    return against_law(f"beyond-{sweep}", BEYOND[sweep].title, caption, axis, drawn)
+        f"People, {PRUNED}; mean counts of fields. The world reaches beyond the limit distance on "
+        f"all sides from {min(map(swept, ends)):.3g} m on. "
+        if ends
+        else "People, mean counts. "
+    ) + "Dashed: predicted."
+    axis = "side of the world (m)", "mean number in a field"
+    return curves("world-size", title, caption, axis, drawn)
 
 
 def _depth_plots(record: Record) -> Iterator[Plot]:
@@ -414,13 +437,11 @@ def _depth_plots(record: Record) -> Iterator[Plot]:
         row = where(record.points, metric=metric)
         found = [two_sided_mean(_all_pierced(p) / (QUADRANTS * RAYS)) for p in row]
         drawn.append(estimated(label, [p.case["extent"] for p in row], found, least=1e-3))
-    ends = "; ".join(f"{c.label} {c.y[0]:.2f} to {c.y[-1]:.2f}" for c in drawn)
-    caption = (
-        f"Surfaces that a level ray pierces, against the side of the world: {ends}. The eye is in "
-        "the middle."
-    )
+    ends = ", ".join(f"{c.label} from {c.y[0]:.2g} to {c.y[-1]:.2g}" for c in drawn)
+    title = f"A level ray pierces, in ever larger worlds, {ends} surfaces"
+    caption = "Means over fields with 95 % intervals. The eye is in the middle."
     axis = "side of the world (m)", "surfaces pierced by a ray"
-    yield curves("depth", "Depth complexity", caption, axis, drawn)
+    yield curves("depth", title, caption, axis, drawn)
 
 
 EXPERIMENT = Experiment(

@@ -53,7 +53,7 @@ from bench.methods.known_methods import CLIPPED, methods
 from bench.methods.method import Method
 from bench.methods.runner import STAGES, Runner, Window, make_one_frame
 from bench.methods.video import just_objectionable_differences
-from bench.plots import Curve, Plot, curves
+from bench.plots import Curve, Panel, Plot, figure, number_text
 from bench.records.claims import EXACT, Claim, at_most, claim
 from bench.records.records import Column, Point, Record, grouped, where
 from bench.statistics.estimates import two_sided_factor
@@ -299,26 +299,61 @@ COSTS: dict[str, tuple[str, Callable[[Point], float], str]] = {
 
 
 def plots(record: Record) -> Iterator[Plot]:
-    """Draw, for each kind and size of world, the error against time and memory, by method."""
-    caption = "Means over fields, settings next to equal error. Nearer to the lower left is better."
+    """Draw the error of every method against time and memory, in the largest world of each kind.
+
+    That is the largest that has a reference; the moving kinds are in the tables.
+    """
     windows = grouped(filter(is_measured, record.points), "kind", "objects")
-    for (kind, objects), points in windows.items():
+    largest = {
+        kind: max(n for k, n in windows if k == kind)
+        for kind, _ in windows
+        if "swaying" not in kind or all("swaying" in k for k, _ in windows)
+    }
+    panels, told = [], []
+    for kind, objects in largest.items():
+        points = windows[kind, objects]
         for cost, (_, of_point, axis) in COSTS.items():
-            lines = []
-            for (method,), mine in grouped(points, "arm").items():
-                rows = [
-                    (np.mean([of_point(p) for p in each]), np.mean([excess(p) for p in each]))
-                    for each in grouped(mine, "setting").values()
-                ]
-                known = [(x, max(y, 1e-4)) for x, y in rows if math.isfinite(x)]  # noise: some < 0
-                if known:
-                    x, y = (list(map(float, column)) for column in zip(*known, strict=True))
-                    lines.append(Curve(method, x, y))
-            if lines:
-                name = f"rivals-{kind.replace(' ', '-')}-{objects:g}-{cost}"
-                title = f"{kind}, {objects:g} objects: error against {cost}"
-                axes = axis, "excess FLIP over the whole picture"
-                yield curves(name, title, caption, axes, lines)
+            drawn = [
+                curve
+                for (method,), mine in grouped(points, "arm").items()
+                for curve in _cost_curve(method, mine, of_point)
+            ]
+            title = f"{kind}, {number_text(objects)} objects: {cost}"
+            panels.append(Panel(title, (axis, "excess FLIP, whole picture"), drawn))
+        best = beside_best_baseline(at_equal_error(points), "seconds")
+        if best is not None:
+            ratios = best[1]
+            spread = f"{two_sided_factor(ratios):.2f}" if len(ratios) > 1 else f"{ratios[0]:.2f}"
+            told.append(f"{kind} {spread} of {best[0]}'s")
+    title = "Error against the seconds and the memory of a frame, by method"
+    if told:
+        title = f"At equal error blake takes, of the best baseline's time: {'; '.join(told)}"
+    caption = (
+        "Means over fields with the range of the fields, settings next to equal error; nearer to "
+        "the lower left is better. Errors below 0.0001 are drawn there. `blake` coarsens what is "
+        "off screen, which the baselines do not. What equal error is, and every other world, is in "
+        "the tables."
+    )
+    if any(panel.drawn for panel in panels):
+        yield figure("methods", title, caption, panels)
+
+
+def _cost_curve(
+    method: str, points: Sequence[Point], of_point: Callable[[Point], float]
+) -> Iterator[Curve]:
+    """Yield the error of a method by cost, the mean over fields and from least to most."""
+    rows = []
+    for (_,), mine in grouped(points, "setting").items():
+        cost = float(np.mean([of_point(p) for p in mine]))
+        flips = np.maximum([excess(p) for p in mine], _LEAST)  # noise: some are below 0
+        if math.isfinite(cost):
+            rows.append((cost, float(flips.mean()), float(flips.min()), float(flips.max())))
+    if rows:
+        x, y, low, high = (list(row) for row in zip(*sorted(rows), strict=True))
+        yield Curve(method, x, y, low, high)
+
+
+_LEAST = 1e-4
 
 
 def _summary_table(record: Record) -> Table:

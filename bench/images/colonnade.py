@@ -18,7 +18,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from bench.experiment import Case
-from bench.plots import Curve, Plot, curves
+from bench.plots import Curve, Panel, Plot, figure
 from bench.records.records import Column, Point, Record, columns, where
 from bench.statistics.estimates import Estimate, two_sided_mean
 from lod.air import CLEAR
@@ -229,29 +229,23 @@ def plots(record: Record) -> Iterator[Plot]:
         line = (x, law) if name == "shaft_mpx" else ([], [])
         shares = (sizes / sizes[MIDDLE]).tolist()
         drawn.append(Curve(label, x, shares, line=line))
-    caption = (
-        "Equal columns in a row parallel to the picture plane, 12 m from the eye. To the side "
-        "their images grow and the solid angles that they subtend shrink: outermost ÷ middle is "
-        + ", ".join(f"{each.y[-1]:.2f} for the {each.label}" for each in drawn)
-        + ". Dashed: the width that perspective gives a shaft."
-    )
-    axes = axis, "÷ that of the middle column"
-    yield curves("sizes", "Leonardo's columns", caption, axes, drawn, ("linear", "log"))
+    wide, solid = drawn[0].y[-1], drawn[2].y[-1]
+    axes, scale = (axis, "÷ that of the middle column"), ("linear", "log")
+    panels = [Panel("Size", axes, drawn, scale)]
     drawn = []
     for metric, detail in (BLAKE, ("depth", 8.0), DEPTH):
         row = columns_of(points, (metric, detail))
-        y = [
-            max(float(point.values("error_ppm", weight="image").mean()) / 1e6, 1e-4)
-            for point in row
-        ]
+        found = [point.values("error_ppm", weight="image").mean() / 1e6 for point in row]
         label = f"{metric}, {detail:g} px: {parts_in(row):.0f} parts"
-        drawn.append(Curve(label, x, y))
-    told = "; ".join(
-        f"{c.label}, {c.y[MIDDLE]:.3f} in the middle, {c.y[-1]:.3f} at the end" for c in drawn
+        drawn.append(Curve(label, x, np.maximum(found, 1e-4).tolist()))
+    panels.append(Panel("Error in the image", (axis, "share of the luminance"), drawn, scale))
+    title = (
+        f"To the side a column's image grows to {wide:.2f} of the middle one's width, and the "
+        f"solid angle it subtends shrinks to {solid:.2f}"
     )
     caption = (
-        "Mean difference of luminance between the pruned and the unpruned picture, over the pixels "
-        f"of each column, as a share of its luminance: {told}."
+        "Equal columns in a row parallel to the picture plane, 12 m from the eye. Dashed: the "
+        "width that perspective gives a shaft. Error: mean difference of luminance between the "
+        "pruned and the unpruned picture, over the pixels of each column."
     )
-    axes = axis, "error in the image"
-    yield curves("errors", "Error by column", caption, axes, drawn, ("linear", "log"))
+    yield figure("colonnade", title, caption, panels)

@@ -99,10 +99,15 @@ def _group_claims(claims: Sequence[Claim]) -> Iterable[tuple[str, list[Claim]]]:
 CLAIM_HEADS = ("verdict", "condition", "claimed", "measured (95 %)", "unit", "source", "name")
 
 
-def claim_cells(claim: Claim) -> tuple[str, ...]:
-    """Write a claim as the cells of a table row that follow its verdict."""
+def claim_cells(claim: Claim, whole: bool = False) -> tuple[str, ...]:
+    """Write a claim as the cells after its verdict; ``whole`` where no heading says of what."""
     return (
-        *(claim.where or "everywhere", str(claim.bound), claim.measured_text, claim.unit),
+        *(
+            claim.sentence if whole else claim.where or "everywhere",
+            str(claim.bound),
+            claim.measured_text,
+            claim.unit,
+        ),
         *(claim.source, claim.name),
     )
 
@@ -121,13 +126,14 @@ class TableBlock:
 class ClaimsBlock:
     """Claims that belong together, one row each under the same heads, after their verdicts.
 
-    ``folded`` where only few readers want it.
+    ``folded`` where only few readers want it, ``whole`` where each says all that it claims.
     """
 
     title: str
     heads: Sequence[str]
     claims: Sequence[Claim]
     folded: bool = False
+    whole: bool = False
 
 
 @dataclass(frozen=True)
@@ -258,18 +264,19 @@ class Section:
 
     def blocks(self) -> Iterator[Block]:
         """Give the blocks of the section in reading order; empty tables are left out."""
-        measured = _group_claims(self.of_kind("measurement"))
-        groups = [ClaimsBlock(title, CLAIM_HEADS, c) for title, c in measured]
-        yield from groups[:1]
+        measured = self.of_kind("measurement")
         yield PlotsBlock(self.plots)
-        yield from (TableBlock(title, *table) for title, table in self.tables)
         yield from (PicturesBlock(each) for each in self.pictures)
-        yield from groups[1:]
+        if decisive := [claim for claim in measured if claim.headline]:
+            heads = "verdict", "claim", *CLAIM_HEADS[2:]
+            yield ClaimsBlock("What decides", heads, decisive, whole=True)
+        for title, claims in _group_claims([c for c in measured if not c.headline]):
+            yield ClaimsBlock(title, CLAIM_HEADS, claims, folded=True)
+        yield from (TableBlock(title, *table, folded=True) for title, table in self.tables)
         if checks := self.of_kind("verification"):
             yield ClaimsBlock("Verification", CLAIM_HEADS, checks, folded=True)
         yield ListBlock("What this does not say", self.caveats)
-        if self.point_table[1]:
-            yield TableBlock("Every point", *self.point_table, folded=True)
+        yield TextBlock(f"Every point stands in `tables/{self.anchor}.csv`, beside this page.")
         yield self.origin
 
 

@@ -1,10 +1,13 @@
 """What does a reader of one minute see? This file alone says it, for both kinds of page."""
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 from markupsafe import Markup
 
+from bench.plots import Plot
 from bench.records.claims import Claim
+from bench.records.records import Pictures
 from bench.report.document import (
     Block,
     Headline,
@@ -19,10 +22,8 @@ from bench.report.document import (
 TITLE = "lodbench: what was claimed, and what was measured"
 
 LEDE = (
-    "A picture of a meadow may hold a million people, and those far away are a few pixels high: "
-    "most of their hands and faces, and of the leaves about them, can be left out before the "
-    "picture is made. In 1987 E. H. Blake gave a rule for what to leave out, and claimed that with "
-    "it the work for a picture depends on what its viewer can make out, and no longer on how large "
+    "In 1987 E. H. Blake gave a rule for what to leave out of a picture, and claimed that with it "
+    "the work for a picture depends on what its viewer can make out, and no longer on how large "
     "the world is. Here this is measured, with the other claims of his paper and of this program."
 )
 
@@ -40,6 +41,35 @@ WHAT_THIS_IS_NOT = (
     "by luminance and coverage.",
     "Times are of the machine that the record names, and compare methods within one run.",
 )
+
+
+FIRST = "counts"
+"""Name of the plot that opens the page where there is one: counts against the law."""
+
+
+@dataclass(frozen=True)
+class Hero:
+    """What opens the page: an answer, its plot, a pair of pictures, and the command for them.
+
+    plot, pictures  each with the section that it is from; None where no record holds one
+    """
+
+    answer: str
+    plot: tuple[Section, Plot] | None
+    pictures: tuple[Section, Pictures] | None
+    command: str
+
+
+def hero(sections: Sequence[Section]) -> Hero:
+    """Choose what opens the page: the plot of the law, else the first; the first pictures."""
+    plots = [(section, plot) for section in sections for plot in section.plots]
+    first = next((each for each in plots if each[1].name == FIRST), plots[0] if plots else None)
+    shown = [(section, each) for section in sections for each in section.pictures]
+    section = first[0] if first else sections[0]
+    answer = f"{first[1].title}." if first else section.answer
+    return Hero(
+        answer, first, shown[0] if shown else None, f"{run_command(section.record)} -o out/records"
+    )
 
 
 def first_screen(sections: Sequence[Section]) -> Iterator[Block]:

@@ -5,7 +5,7 @@
 
   // The point nearest to the pointer, or the one that arrow keys go to, tells its numbers: left and
   // right go from point to point, up and down from curve to curve. A click or Enter enlarges.
-  document.querySelectorAll("figure.plot").forEach((figure) => {
+  document.querySelectorAll("figure.plot .panel").forEach((figure) => {
     const svg = figure.querySelector("svg");
     const marks = [...svg.querySelectorAll(".mark")];
     const tip = Object.assign(document.createElement("div"), { className: "tip", hidden: true });
@@ -33,7 +33,7 @@
       tip.style.left = `${Math.max(0, Math.min(x - frame.x + 10, frame.width - tip.offsetWidth))}px`;
       tip.style.top = `${y - frame.y - tip.offsetHeight - 10}px`;
     };
-    const enlarge = () => { show(null); figure.classList.toggle("wide"); };
+    const enlarge = () => { show(null); figure.classList.toggle("large"); };
 
     svg.addEventListener("pointermove", (event) => {
       const far = (mark) => Math.hypot(...middle(mark).map((v, k) => v - [event.x, event.y][k]));
@@ -57,25 +57,33 @@
     });
   });
 
+  // On a narrow screen rows become cards: their cells say what they are, and stay cells.
+  document.querySelectorAll("table.claims").forEach((table) => {
+    const heads = [...table.tHead.rows[0].cells].map((head) => head.textContent);
+    const roles = { TABLE: "table", THEAD: "rowgroup", TBODY: "rowgroup", TR: "row", TH: "columnheader", TD: "cell" };
+    [table, ...table.querySelectorAll("thead, tbody, tr, th, td")].forEach((each) => {
+      each.setAttribute("role", roles[each.tagName]);
+      if (each.tagName === "TD" && each.cellIndex > 0) each.dataset.head = heads[each.cellIndex];
+    });
+  });
+
   // Pictures laid over each other: the slider says how much of the upper one is seen.
   document.querySelectorAll("figure.pictures").forEach((figure) => {
-    const [under, over] = figure.querySelectorAll("img");
+    const images = [...figure.querySelectorAll("img")];
     const slider = figure.querySelector("input");
+    const sides = [...figure.querySelectorAll("select")];
     const show = () => figure.style.setProperty("--at", `${slider.value}%`);
-    slider.addEventListener("input", show);
-    const choose = (select, image) => {
-      const take = () => {
-        const chosen = select.selectedOptions[0];
-        image.src = chosen.dataset.src;
-        image.alt = chosen.dataset.alt;
-      };
-      select.addEventListener("change", take);
-      take();
+    const choose = () => {
+      const [left, right] = sides.map((each) => each.selectedIndex);
+      images.forEach((image, k) => {
+        image.className = k === right ? "under" : "";
+        if (k === left) image.classList.add("over");
+      });
     };
-    const [left, right] = figure.querySelectorAll("select");
-    choose(left, over);
-    choose(right, under);
+    sides.forEach((each) => each.addEventListener("change", choose));
+    slider.addEventListener("input", show);
     figure.classList.add("drawn");
+    choose();
     show();
   });
 })();

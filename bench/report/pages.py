@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
-from markupsafe import Markup, escape
+from markupsafe import Markup
 
-from bench.plots import Plot
+from bench.plots import FONTS, Drawing, Plot, key_of
 from bench.records.claims import Claim
 from bench.records.records import Pictures
 from bench.report.document import (
@@ -30,12 +30,10 @@ from bench.report.document import (
     TextBlock,
     claim_cells,
 )
-from bench.report.first_screen import TITLE, first_screen
+from bench.report.first_screen import TITLE, first_screen, hero
 
 _FOLDER = Path(__file__).parent
-_MARK = Markup(
-    '<circle class="mark" data-curve="{}" cx="{}" cy="{}" r="5"><title>{}</title></circle>'
-)
+_MARK = Markup('<circle class="mark" data-curve="{}" cx="{}" cy="{}"><title>{}</title></circle>')
 """A point of a plot: nothing that is seen, and its numbers under the pointer."""
 
 
@@ -48,10 +46,9 @@ def to_html(sections: Sequence[Section]) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.globals |= {"marks": MARKS, "cells": claim_cells}
+    environment.globals |= {"marks": MARKS, "cells": claim_cells, "key_of": key_of}
     environment.filters |= {
         "kind": lambda block: type(block).__name__,
-        "breakable": _breakable,
         "marked_up": _marked_up,
         "svg": _svg,
     }
@@ -59,24 +56,25 @@ def to_html(sections: Sequence[Section]) -> str:
     page = environment.get_template("page.html")
     return page.render(
         title=TITLE,
+        hero=hero(sections),
         first=list(first_screen(sections)),
         sections=sections,
         glossary=GLOSSARY,
         script=script,
+        fonts=Markup(FONTS),
     )
 
 
-def _svg(plot: Plot, section: Section) -> Markup:
-    """Write a plot with its text alternative and its points; its ids are unique on the page."""
-    name = f"{section.anchor}-{plot.name}"
-    svg = Markup(plot.svg.replace(f"{plot.name}-", f"{name}-"))
-    svg = svg.replace("<svg", Markup('<svg role="img" aria-label="{}"').format(plot.alt), 1)
-    marks = (_MARK.format(each.curve, *each.place, each.words) for each in plot.marks)
+def _svg(drawing: Drawing, lead: str) -> Markup:
+    """Write a panel with its text alternative and its points; ``lead`` makes its ids unique."""
+    svg = Markup(
+        drawing.svg.replace(f"style='font-family: {FONTS}' ", "").replace(
+            f"{drawing.name}-", f"{lead}-{drawing.name}-"
+        )
+    )
+    svg = svg.replace("<svg", Markup('<svg role="img" aria-label="{}"').format(drawing.alt), 1)
+    marks = (_MARK.format(each.curve, *each.place, each.words) for each in drawing.marks)
     return svg.replace("</svg>", Markup("").join(marks) + Markup("</svg>"))
-
-
-def _breakable(name: str) -> Markup:
-    return Markup(str(escape(name)).replace("/", "/<wbr>").replace("_", "_<wbr>"))
 
 
 def _marked_up(text: str) -> Markup:
@@ -104,9 +102,11 @@ def to_markdown(sections: Sequence[Section]) -> str:
     return "\n\n".join(pieces) + "\n"
 
 
-def plot_path(section: Section, plot: Plot) -> str:
-    """Path of a plot's file, from the folder of report.md."""
-    return f"{PLOTS}/{section.anchor}-{plot.name}.svg"
+def plot_files(section: Section, plot: Plot) -> dict[str, tuple[str, str]]:
+    """Give the SVG and the text alternative of a plot's key and panels, by path from report.md."""
+    whole = {f"{plot.name}-key": (plot.key, ", ".join(plot.labels))} if plot.key else {}
+    whole |= {each.name: (each.svg, each.alt) for each in plot.drawings}
+    return {f"{PLOTS}/{section.anchor}-{name}.svg": made for name, made in whole.items()}
 
 
 def picture_path(section: Section, pictures: Pictures, number: int) -> str:
@@ -129,13 +129,14 @@ def _pieces(section: Any, block: Block, level: str = "###") -> Iterator[str]:
             yield f"{level} {title}\n\n" + _table(heads[:-1], marked)
         case TableBlock(title, heads, rows):
             yield f"{level} {title}\n\n" + _table(heads, rows)
-        case ClaimsBlock(title, heads, claims, _):
-            told = [(_verdict(each), *claim_cells(each)) for each in claims]
+        case ClaimsBlock(title, heads, claims, _, whole):
+            told = [(_verdict(each), *claim_cells(each, whole)) for each in claims]
             yield f"{level} {title}\n\n" + _table(heads, told)
         case PlotsBlock(plots):
             for plot in plots:
-                image = f"![{plot.alt}]({plot_path(section, plot)})"
-                yield f"{level} {plot.title}\n\n{image}\n\n{plot.caption}"
+                files = plot_files(section, plot)
+                images = " ".join(f"![{alt}]({path})" for path, (_, alt) in files.items())
+                yield f"{level} {plot.title}\n\n{images}\n\n{plot.caption}"
         case PicturesBlock(pictures):
             labels = [label for label, _ in pictures.layers]
             paths = (picture_path(section, pictures, number) for number in range(len(labels)))

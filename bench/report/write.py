@@ -13,10 +13,11 @@ from pathlib import Path
 from typing import Any
 
 from bench.experiment import Progress, experiments, point_table, silent
+from bench.plots import alone
 from bench.records.probe import NOTE, SOURCES, has_changed, take_probe
 from bench.records.records import Record, pictures_of, read_records
 from bench.report.document import Section
-from bench.report.pages import picture_path, plot_path, to_html, to_markdown
+from bench.report.pages import picture_path, plot_files, to_html, to_markdown
 from bench.runs import sources
 from lod.errors import InputError
 from scenes.files import check_free, made_by_lodbench, whole_file
@@ -99,7 +100,7 @@ def _beside(sections: list[Section]) -> dict[str, str | bytes]:
         table = _csv(("record_sha256", *heads), [(sha256, *row) for row in points])
         files[f"tables/{section.anchor}.csv"] = table
         for plot in section.plots:
-            files[plot_path(section, plot)] = plot.svg
+            files |= {path: alone(svg) for path, (svg, _) in plot_files(section, plot).items()}
         for each in section.pictures:
             for number, (_, data) in enumerate(each.layers):
                 files[picture_path(section, each, number)] = base64.b64decode(data)

@@ -27,3 +27,8 @@ def with_cases(experiment, topic, cases):
     """The experiment with these cases of a topic."""
     changed = replace(experiment.topics[topic], cases=lambda **sizes: cases)
     return replace(experiment, topics={**experiment.topics, topic: changed})
+
+
+def svg_of(plot):
+    """All that is drawn of a figure, as one text."""
+    return plot.key + "".join(each.svg for each in plot.drawings)

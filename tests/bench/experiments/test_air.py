@@ -9,7 +9,7 @@ from bench.experiments.air import EXPERIMENT, SKY, delta_e
 from bench.haze_targets import order
 from bench.records.records import Column, Point, columns
 from lod.air import Air, rgb_extinction
-from tests.bench.edited import record_of
+from tests.bench.edited import record_of, svg_of
 
 
 def targets(way="jit", factor=1.0, visibility=5e3):
@@ -60,7 +60,7 @@ def test_bands_of_few_pixels_are_not_judged():
 
 def test_it_is_drawn():
     record = record_of(EXPERIMENT, (targets(), band([100, 101, 99], [1000, 1001, 999])))
-    assert not any(re.search(r"\bnan\b", plot.svg) for plot in EXPERIMENT.plots(record))
+    assert not any(re.search(r"\bnan\b", svg_of(plot)) for plot in EXPERIMENT.plots(record))
 
 
 def test_delta_e_sees_colour_and_not_exposure():

@@ -31,6 +31,7 @@ from lod.camera import Corner, camera_from_heading
 from scenes.presets.load import load_preset
 from scenes.render.variants import choose
 from scenes.scene import Scene
+from tests.bench.edited import svg_of
 
 
 def test_area_in_one_disc_only():
@@ -111,8 +112,9 @@ def test_every_topic_is_plotted():
         "popping-shipped-forest",
         "popping-film-pan",
     ]
-    assert not any(re.search(r"\bnan\b", plot.svg) for plot in plots)
-    assert list(plots[1].drawn[0].x) == list(range(2, 18)) and len(plots[1].drawn) == 3
+    assert not any(re.search(r"\bnan\b", svg_of(plot)) for plot in plots)
+    (shown,) = plots[1].drawings
+    assert list(shown.panel.drawn[0].x) == list(range(2, 18)) and len(shown.panel.drawn) == 3
 
 
 def test_a_walk_has_all_its_pairs_in_cases_that_are_kept_one_by_one():

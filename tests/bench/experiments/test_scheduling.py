@@ -39,7 +39,7 @@ from scenes.presets.load import load_preset
 from scenes.scene import Scene
 from scenes.world.cast import make_cast
 from scenes.world.world import make_terrain
-from tests.bench.edited import edited, record_of
+from tests.bench.edited import edited, record_of, svg_of
 
 THIN = (
     *CROWD,
@@ -99,7 +99,7 @@ def test_a_part_too_far_off_refutes_its_threshold():
 def test_the_figure_has_no_gaps():
     record = record_of(EXPERIMENT, POINTS)
     (plot,) = EXPERIMENT.plots(record)
-    assert not re.search(r"\bnan\b", plot.svg) and "Watson" in plot.caption
+    assert not re.search(r"\bnan\b", svg_of(plot)) and "Watson" in plot.caption
 
 
 def test_a_real_crowd_is_scheduled_as_each_rule_says():

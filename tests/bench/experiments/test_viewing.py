@@ -34,7 +34,7 @@ from lod.eye import CONTRAST_CLASSES
 from scenes.presets.load import load_preset
 from scenes.render.variants import choose
 from scenes.scene import Scene
-from tests.bench.edited import edited, record_of
+from tests.bench.edited import edited, record_of, svg_of
 
 
 def measured(cases, seed=5):
@@ -152,9 +152,9 @@ def test_records_are_drawn(name, count, request):
     plots = EXPERIMENT.plots(request.getfixturevalue(name))
     assert len(plots) == count
     for plot in plots:
-        assert plot.svg.startswith("<svg")
+        assert svg_of(plot).startswith("<svg")
         assert "predicted" in plot.caption
-        assert "nan" not in plot.alt
+        assert "nan" not in " ".join(each.alt for each in plot.drawings)
 
 
 def test_the_same_seed_counts_the_same(eye):
@@ -213,7 +213,7 @@ def test_the_share_left_out_is_that_of_all_fields_together():
 def test_motion_is_drawn_without_gaps():
     points = [counted(each) for each in MOVES]
     (plot,) = EXPERIMENT.plots(record_of(EXPERIMENT, points))
-    assert not re.search(r"\bnan\b", plot.svg)
+    assert not re.search(r"\bnan\b", svg_of(plot))
 
 
 def test_a_real_pan_leaves_out_parts_and_a_rest_does_not():

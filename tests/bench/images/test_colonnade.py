@@ -24,7 +24,7 @@ from bench.runs import RunRequest, run_experiment
 from scenes.frame.frame_input import Quality
 from scenes.models.stone import HEIGHT_M, RADIUS_M, column
 from scenes.render.variants import choose
-from tests.bench.edited import edited
+from tests.bench.edited import edited, svg_of
 
 
 def test_images_grow_and_angles_shrink_to_the_side():
@@ -83,4 +83,4 @@ def test_a_quick_run_holds_what_it_must_and_is_judged_by_its_samples():
     )
     again = {claim.estimand: claim.verdict for claim in EXPERIMENT.judged(worse)}
     assert again[by_angle] == "refuted"
-    assert not any(re.search(r"\bnan\b", plot.svg) for plot in EXPERIMENT.plots(record))
+    assert not any(re.search(r"\bnan\b", svg_of(plot)) for plot in EXPERIMENT.plots(record))

@@ -35,6 +35,7 @@ from scenes.frame.layers import Layers
 from scenes.presets.load import load_preset
 from scenes.scene import Scene, preset_air
 from scenes.sticks.prototype import LUMINANCE
+from tests.bench.edited import svg_of
 
 
 def picture(Z, value):
@@ -173,8 +174,10 @@ def test_the_report_draws_every_look():
     points = planted(0.03)
     made = Record("images", 1, True, "", provenance("", 0), points, EXPERIMENT.judged(points), {})
     drawn = EXPERIMENT.plots(made)
-    assert len(drawn) == len(LOOKS)
-    assert not any(re.search(r"\bnan\b", plot.svg) for plot in drawn)
+    (plot,) = drawn
+    shown = {label.partition(", ")[0] for label in plot.labels}
+    assert shown == {look.replace("_", " ") for look in LOOKS}
+    assert not any(re.search(r"\bnan\b", svg_of(plot)) for plot in drawn)
 
 
 def test_the_whole_has_every_leaf_in_view_and_no_cover_is_bare_ground():

@@ -44,6 +44,7 @@ from bench.seeds import BUILDING_SEEDS
 from scenes.frame.layers import Layers
 from scenes.models.catalogue import PROTOTYPE_SEED
 from scenes.presets.load import load_preset
+from tests.bench.edited import svg_of
 
 FULL, QUICK = (EXPERIMENT.topics["fidelity"].sizes(effort) for effort in ("full", "quick"))
 DETAILS = FULL["details"]
@@ -210,9 +211,9 @@ def test_the_report_draws_every_view():
     points = planted()
     made = Record("images", 1, True, "", provenance("", 0), points, EXPERIMENT.judged(points), {})
     shown = {plot.name: plot for plot in EXPERIMENT.plots(made)}
-    assert "fidelity-luminance-ratio" in shown and "fidelity-aerial-parts" in shown
-    assert all(not re.search(r"\bnan\b", plot.svg) for plot in shown.values())
-    assert "0.012, 0.012, 0.012" in shown["fidelity-flip-in-the-same-places"].caption
+    assert set(shown) == {"by-distance", "metrics"}
+    assert all(not re.search(r"\bnan\b", svg_of(plot)) for plot in shown.values())
+    assert "by up to FLIP 0.012" in shown["by-distance"].title
 
 
 def test_bands_that_nobody_sees_are_not_judged_and_noise_is_taken_from_the_same_place():

@@ -14,6 +14,7 @@ from bench.records.records import Point, Record, columns
 from bench.statistics.estimates import two_sided_quantile
 from lod.metric import METRICS
 from lod.view import View
+from tests.bench.edited import svg_of
 
 VIEW = View(camera(640), METRICS["blake"], look_around=True)
 THETA = VIEW.camera.pixel_angle
@@ -72,4 +73,4 @@ def test_parts_are_those_of_the_objects_drawn_and_repeat():
         ),
     )
     record = Record("images", 1, True, "", provenance("", 1), points, EXPERIMENT.judged(points), {})
-    assert not any(re.search(r"\bnan\b", plot.svg) for plot in EXPERIMENT.plots(record))
+    assert not any(re.search(r"\bnan\b", svg_of(plot)) for plot in EXPERIMENT.plots(record))

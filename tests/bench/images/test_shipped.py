@@ -171,9 +171,11 @@ def test_the_report_draws_the_error_of_the_ground_against_its_triangles():
     steps = [planted("meadow", GROUND, 0.04 * step, step=step) for step in GROUND_STEPS]
     points = (planted("meadow", NOTHING, 0.0), planted("meadow", EVERYTHING, 0.02), *steps)
     made = Record("images", 1, True, "", provenance("", 0), points, EXPERIMENT.judged(points), {})
-    (plot,) = EXPERIMENT.plots(made)
-    assert [each.label for each in plot.drawn] == ["meadow", "claimed"]
-    assert EXPERIMENT.plots(replace(made, points=points[:2])) == ()
+    presets, bands = EXPERIMENT.plots(made)
+    assert (presets.name, bands.name) == ("presets", "bands")
+    (against,) = (each.panel for each in presets.drawings if "Against τ" in each.panel.title)
+    (meadow,) = against.drawn
+    assert meadow.label == "meadow" and list(meadow.x) == sorted({1.0, *GROUND_STEPS})
 
 
 def test_as_shipped_is_what_a_user_renders_and_details_apart_are_of_the_ground_and_the_rest():

@@ -10,6 +10,7 @@ from bench.images.spectrum import DETAILS, EDGES, picture, spectrum
 from bench.records.provenance import provenance
 from bench.records.records import Column, Point, Record, predictions
 from scenes.render.variants import choose
+from tests.bench.edited import svg_of
 
 OCTAVES = len(EDGES) - 1
 
@@ -65,7 +66,7 @@ def test_verdicts_follow_from_powers():
 def test_the_report_shows_every_detail():
     points = planted(1, 500, 0.5)
     made = Record("images", 1, True, "", provenance("", 0), points, EXPERIMENT.judged(points), {})
-    assert not any(re.search(r"\bnan\b", plot.svg) for plot in EXPERIMENT.plots(made))
+    assert not any(re.search(r"\bnan\b", svg_of(plot)) for plot in EXPERIMENT.plots(made))
 
 
 @pytest.mark.slow

@@ -6,7 +6,6 @@ Noise is taken away where it falls as 1/√N; bounds are past the truth as often
 import numpy as np
 import pytest
 
-from bench.plots import Curve, curves
 from bench.statistics.fits import EVEN, compare_with_log, fit_exponent, noise_free
 from lod.errors import InputError
 
@@ -70,20 +69,6 @@ def test_what_has_no_logarithm_is_refused(y):
         compare_with_log(X, y)
     with pytest.raises(InputError, match="4 rows"):
         compare_with_log(X[:3], X[:3])
-
-
-def test_a_curve_with_a_line_has_its_residuals_drawn():
-    line = ([1.0, 100.0], [2.0, 200.0])
-    curve = Curve("it", [0.5, 1.0, 10.0, 100.0, 500.0], [9.0, 2.0, 40.0, 200.0, 9.0], line=line)
-    x, over = curve.residuals
-    assert x == [1.0, 10.0, 100.0]
-    assert over == pytest.approx([1.0, 2.0, 1.0])
-    assert Curve("none", [1.0], [1.0]).residuals == ([], [])
-    plot = curves("n", "t", "c", ("x", "y"), [curve])
-    below = [mark.words for mark in plot.marks if mark.curve == 1]
-    assert below == ["it ÷ line: 1 at 1", "it ÷ line: 2 at 10", "it ÷ line: 1 at 100"]
-    alone = curves("n", "t", "c", ("x", "y"), [Curve("it", [1.0, 2.0], [1.0, 2.0])])
-    assert {mark.curve for mark in alone.marks} == {0}
 
 
 COUNTS = np.array([16.0, 64.0, 256.0])
