@@ -1,11 +1,15 @@
-"""Write the claims that pages quote from the reference run, between the marks of their blocks.
+"""Write the claims and figures of the reference run into pages, between the marks of their blocks.
 
 A block begins with ``<!-- claims: headlines -->`` or ``<!-- claims: EXPERIMENT PATTERN… -->``;
 a pattern is one of names of claims as of files (``parts_over*/blake/*``), and ends with
-``<!-- end of claims -->``. `make docs` fills all pages, and a test compares.
+``<!-- end of claims -->``. ``<!-- figure: EXPERIMENT NAME PANELS -->`` begins a figure of
+``report.md``, of which so many panels are shown, or all; it ends with ``<!-- end of figure -->``.
+Between ``<!-- found -->`` and ``<!-- end of found -->`` stand the titles of SIX figures.
+`make docs` fills all pages, and a test compares.
 """
 
 import json
+import os
 import re
 from collections import Counter
 from collections.abc import Sequence
@@ -20,17 +24,72 @@ ROOT = Path(__file__).parents[1]
 REFERENCE = ROOT / "results" / "reference"
 HEADLINES = "headlines"
 _BLOCK = re.compile(r"(<!-- claims: ([^>]+) -->\n).*?(<!-- end of claims -->)", re.S)
+_FIGURE = re.compile(r"(<!-- figure: ([^>]+) -->\n).*?(<!-- end of figure -->)", re.S)
+_FOUND = re.compile(r"(<!-- found -->\n).*?(<!-- end of found -->)", re.S)
+SIX = (
+    ("Do counts follow the law?", "law", "counts", "law"),
+    ("How do the parts of one figure drop off with distance?", "figure", "parts", "law"),
+    ("What does a larger world cost?", "cost", "stages", "cost"),
+    ("Is tone kept at every distance?", "images", "by-distance", "images"),
+    ("Are the presets as shipped close to the finest picture?", "images", "presets", "images"),
+    ("Is it better than other methods?", "methods", "methods", "methods"),
+)
+"""Questions, the figure whose title answers each (experiment, name), and its page of results."""
+
+_IMAGE = re.compile(r"!\[([^]]*)\]\((plots/([a-z]+)-[0-9a-f]{8}-([\w.-]+)-(\d+|key)\.svg)\)")
 
 
 def pages() -> list[Path]:
     """Return README, the manual and the pages of results that have a block."""
     every = (ROOT / "README.md", *(ROOT / "docs").glob("*.md"), *(ROOT / "results").glob("*.md"))
-    return [path for path in every if _BLOCK.search(path.read_text(encoding="utf-8"))]
+    texts = {path: path.read_text(encoding="utf-8") for path in every}
+    return [path for path, text in texts.items() if _BLOCK.search(text) or _FIGURE.search(text)]
 
 
-def filled(text: str) -> str:
-    """Give a page with all its blocks written. Raises ValueError for a pattern without a claim."""
-    return _BLOCK.sub(lambda found: f"{found[1]}\n{_table(*found[2].split())}\n\n{found[3]}", text)
+def filled(text: str, folder: str = "reference") -> str:
+    """Give a page with all its blocks written; ``folder`` is the way to the reference run.
+
+    Raises ValueError for a pattern without a claim, and for a figure that is not there.
+    """
+    text = _BLOCK.sub(lambda found: f"{found[1]}\n{_table(*found[2].split())}\n\n{found[3]}", text)
+    text = _FOUND.sub(lambda found: f"{found[1]}\n{_found(folder)}\n\n{found[2]}", text)
+    return _FIGURE.sub(
+        lambda found: f"{found[1]}\n{_figure(folder, *found[2].split())}\n\n{found[3]}", text
+    )
+
+
+def folder_of(page: Path) -> str:
+    """Give the way from a page to the reference run."""
+    return Path(os.path.relpath(REFERENCE, page.parent)).as_posix()
+
+
+def _figure(folder: str, experiment: str, name: str, panels: str = "99") -> str:
+    title, found, caption = _drawn(experiment, name)
+    shown = [each for each in found if each[4] == "key" or int(each[4]) < int(panels)]
+    lines = " ".join(f"![{alt}]({folder}/{path})" for alt, path, *_ in shown)
+    return f"**{title}.**\n\n{lines}\n\n{caption}"
+
+
+def _found(folder: str) -> str:
+    lines = [
+        (
+            question,
+            f"{_drawn(experiment, name)[0]}.",
+            f"[{page}]({folder.removesuffix('reference')}{page}.md)",
+        )
+        for question, experiment, name, page in SIX
+    ]
+    return _markdown(("question", "what was found", "more"), lines)
+
+
+def _drawn(experiment: str, name: str) -> tuple[str, list[tuple[str, ...]], str]:
+    """Return the title, the images and the caption of a figure of report.md."""
+    pieces = (REFERENCE / "report.md").read_text(encoding="utf-8").split("\n\n")
+    for title, images, caption in zip(pieces, pieces[1:], pieces[2:], strict=False):
+        found = _IMAGE.findall(images) if title.startswith("### ") else []
+        if any(each[2:4] == (experiment, name) for each in found):
+            return title.removeprefix("### "), found, caption
+    raise ValueError(f"report.md has no figure {name} of {experiment}")
 
 
 @cache
@@ -83,4 +142,5 @@ def _markdown(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 
 if __name__ == "__main__":
     for page in pages():
-        page.write_text(filled(page.read_text(encoding="utf-8")), encoding="utf-8")
+        text = page.read_text(encoding="utf-8")
+        page.write_text(filled(text, folder_of(page)), encoding="utf-8")
