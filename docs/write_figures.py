@@ -66,8 +66,9 @@ def folder_of(page: Path) -> str:
 def _figure(folder: str, experiment: str, name: str, panels: str = "99") -> str:
     title, found, caption = _drawn(experiment, name)
     shown = [each for each in found if each[4] == "key" or int(each[4]) < int(panels)]
-    lines = " ".join(f"![{alt}]({folder}/{path})" for alt, path, *_ in shown)
-    return f"**{title}.**\n\n{lines}\n\n{caption}"
+    images = {each[4]: f"![{each[0]}]({folder}/{each[1]})" for each in shown}
+    key = images.pop("key", "")
+    return "\n\n".join(filter(None, (f"**{title}.**", key, " ".join(images.values()), caption)))
 
 
 def _found(folder: str) -> str:
