@@ -1,7 +1,9 @@
 """A release is one thing: every file names its version, and what is built installs and renders."""
 
+import json
 import os
 import re
+import shutil
 import subprocess
 import sys
 import sysconfig
@@ -64,15 +66,19 @@ def fresh_environment(folder: Path) -> Path:
     return folder / "bin" / "python"
 
 
+def install_into(python: Path) -> tuple[str | Path, ...]:
+    """The words that install something into an environment, and nothing else."""
+    pip = (sys.executable, "-m", "pip", "--isolated", "--python", python, "install", "--quiet")
+    return *pip, "--no-deps", "--no-index", "--no-build-isolation", "--ignore-installed"
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["wheel", "sdist"])
 def test_what_is_built_installs_and_renders_without_the_sources(
     kind: str, built: dict[str, Path], tmp_path: Path
 ) -> None:
     python = fresh_environment(tmp_path / "environment")
-    pip = (sys.executable, "-m", "pip", "--isolated", "--python", python, "install", "--quiet")
-    alone = ("--no-deps", "--no-index", "--no-build-isolation", "--ignore-installed")
-    done(*pip, *alone, built[kind], cwd=tmp_path)
+    done(*install_into(python), built[kind], cwd=tmp_path)
     where = "import lodbench, bench, scenes, lod; print(lodbench.__file__, *bench.__path__)"
     for path in done(python, "-c", where, cwd=tmp_path).split():
         assert Path(path).is_relative_to(tmp_path), path
@@ -87,3 +93,20 @@ def test_what_is_built_installs_and_renders_without_the_sources(
     done(program, "render", "fly_in", "-o", "out/a.####.exr", *small, cwd=elsewhere, **cache)
     assert (elsewhere / "out/a.0001.exr").stat().st_size > 32 * 18
     done(program, "verify", "out", cwd=elsewhere)
+
+
+@pytest.mark.slow
+def test_the_example_package_installs_beside_lodbench(
+    built: dict[str, Path], tmp_path: Path
+) -> None:
+    python = fresh_environment(tmp_path / "environment")
+    example = shutil.copytree(ROOT / "examples" / "plugin", tmp_path / "plugin")
+    done(*install_into(python), built["wheel"], example, cwd=tmp_path)
+    program, cache = python.parent / "lodbench", {"LODBENCH_CACHE": str(tmp_path / "cache")}
+    assert "halfway" in done(program, "list", cwd=tmp_path, **cache)
+    few = ("--size", "64x36", "-D", "species={one={model='rabbit', density=0.1}}", "--json")
+    counts = {
+        metric: json.loads(done(program, "count", "meadow", "--metric", metric, *few, cwd=tmp_path))
+        for metric in ("halfway", "blake")
+    }
+    assert counts["halfway"] != counts["blake"]
