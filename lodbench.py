@@ -16,6 +16,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from lod.errors import InputError
 from scenes.frame.layers import SKY_Z, Layers
 from scenes.presets.load import Setting
@@ -73,6 +76,21 @@ class Frame:
 
     layers: Layers
     header: dict[str, Any]
+
+    def preview(
+        self, tone: str = "filmic", exposure: float = 0.0, view: str = "colour"
+    ) -> NDArray[np.uint8]:
+        """Make the picture that `lodbench render --preview` makes, 8-bit sRGB, (h, w, 3).
+
+        tone      ``filmic``, ``reinhard`` or ``linear``
+        exposure  stops above the one that fits the picture
+        view      ``colour``, or ``level`` for the level of detail of each pixel
+        Raises InputError for other words, and for an exposure beyond 20 stops.
+        """
+        from scenes.render.pictures import PictureStyle, preview_pixels
+
+        look = PictureStyle(tone, exposure, view)
+        return preview_pixels(self.layers, look, look.exposure_of(self.layers.rgb))
 
 
 def load_preset(name_or_path: str | Path, changes: Mapping[str, Any] | None = None) -> Preset:

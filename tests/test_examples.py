@@ -43,7 +43,10 @@ PYTHON_RUN = {  # how many blocks of Python a page has that its test runs
 ELSEWHERE = re.compile(r"# runs (in|on) (.+?)[:\n]")
 PYTHON_NOT_RUN = {
     "docs/frames.md": {"SLURM", "Kubernetes"},  # the page says which of them was tried
-    "docs/exr.md": {"Blender's Python"},  # in an environment of its own; the page says of 5.0
+    "docs/exr.md": {
+        "Blender's Python",
+        "NumPy",
+    },  # in an environment of its own; the page says of 5.0
 }
 
 OAK = """#usda 1.0
@@ -166,7 +169,7 @@ def test_readers_of_the_page_open_a_frame(frame: Path) -> None:
 def test_oiiotool_makes_the_pictures_of_the_page(frame: Path) -> None:
     import OpenImageIO as oiio
 
-    (block,) = blocks("docs/exr.md", "bash")
+    _, block = blocks("docs/exr.md", "bash")
     for line in block.splitlines():
         _, *words = shlex.split(line)
         tool = Path(sys.executable).with_name("oiiotool")
@@ -181,6 +184,32 @@ def test_oiiotool_makes_the_pictures_of_the_page(frame: Path) -> None:
     place = ids.spec().channelindex("id.object")
     assert ids.get_pixels(oiio.UINT)[..., place].max() == 7
     assert ids.get_pixels(oiio.FLOAT)[..., place].max() == pytest.approx(7 / 2**32)  # a share
+
+
+def test_other_programs_make_the_preview_of_the_page(tmp_path: Path) -> None:
+    """Within one step of 255, from light of many strengths."""
+    import OpenImageIO as oiio
+
+    from scenes.render.pictures import to_srgb_8bit
+
+    light = np.geomspace(1e-3, 20, 18 * 32 * 3).reshape(18, 32, 3)
+    layers = Layers(
+        rgb=light,
+        Z=np.full((18, 32), 20.0),
+        N=light,
+        albedo=light,
+        **{name: np.zeros((18, 32), np.int64) for name in ("object", "part", "level")},
+    )
+    write_exr(tmp_path / "a.0001.exr", layers, {})
+    wanted = to_srgb_8bit(light, 2.0).astype(int)
+    names = {"np": np, "rgb": light, "E": 2.0}
+    (numpy,) = (b for b in blocks("docs/exr.md", "python") if "runs in NumPy" in b)
+    exec(numpy, names)
+    assert np.abs(names["picture"] * 255 - wanted).max() <= 1
+    _, *words = shlex.split(blocks("docs/exr.md", "bash")[0])
+    subprocess.run([Path(sys.executable).with_name("oiiotool"), *words], cwd=tmp_path, check=True)
+    made = oiio.ImageBuf(str(tmp_path / "preview.png")).get_pixels(oiio.UINT8).astype(int)
+    assert np.abs(made - wanted).max() <= 1
 
 
 RUN_CELLS = """

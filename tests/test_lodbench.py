@@ -6,8 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 
 import lodbench
+from scenes.render.pictures import preview
 
 TINY = {
     "render.size": "32x18",
@@ -33,6 +35,9 @@ def test_a_frame_in_memory_is_the_frame_of_the_file(
         assert np.array_equal(getattr(read.layers, name), getattr(frame.layers, name))
     for name in ("rgb", "N", "albedo"):  # as halves at the least
         assert np.allclose(getattr(read.layers, name), getattr(frame.layers, name), 1e-3, 1e-4)
+    preview(records[0]["path"], tmp_path / "a.png")
+    assert np.array_equal(read.preview(), np.asarray(Image.open(tmp_path / "a.png")))
+    assert read.preview(view="level").shape == (18, 32, 3)
     ours = {name for name in read.header if name.startswith("lod:")}
     assert ours - set(frame.header) == {"lod:pixels_sha256", "lod:file_sha256"}
 

@@ -185,9 +185,9 @@ def too_long(files: list[Source]) -> Iterator[str]:
 
 
 def namesakes(files: list[Source]) -> Iterator[str]:
-    """Files of one name, unless that they are of one subject is stated above."""
+    """Files of one name, unless stated above; a command's file is named as users type it."""
     by_name: dict[str, list[str]] = {}
-    for source in files:
+    for source in (each for each in files if "cli/commands" not in each.path):
         by_name.setdefault(Path(source.path).stem, []).append(source.path)
     for name, paths in by_name.items():
         if len(paths) > 1 and name != "__init__" and name not in SHARED_NAMES:

@@ -146,6 +146,18 @@ _FILE_FLAGS = (
 )
 
 
+_PICTURE_FLAGS = (
+    click.option("--tone", default="filmic", metavar="NAME", help="filmic, reinhard or linear."),
+    click.option("--view", default="colour", metavar="NAME", help="Of previews: colour or level."),
+    click.option("--exposure", type=float, default=0.0, metavar="STOPS", help="Of previews."),
+)
+
+
+def picture_flags(command: Command) -> Command:
+    """Add the flags that say how pictures for people look to a command."""
+    return reduce(lambda made, flag: flag(made), reversed(_PICTURE_FLAGS), command)
+
+
 def view_flags(command: Command) -> Command:
     """Add PRESET and the flags that `render` and `count` share to a command."""
     return reduce(lambda made, flag: flag(made), reversed(_VIEW_FLAGS), command)

@@ -19,7 +19,7 @@ from scenes.processes.signals import Stopped, ignore_signals, raise_when_stopped
 from scenes.processes.streams import is_unread, open_standard_streams, write_failure
 
 COMMANDS = (
-    *("doctor", "list", "show", "count", "render", "verify", "run", "report", "compare"),
+    *("doctor", "list", "show", "count", "render", "view", "verify", "run", "report", "compare"),
     *("frames", "usd", "model", "act", "ask", "environments"),
 )
 OK, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130

@@ -17,6 +17,7 @@ from bench.cli.flags import (
     file_flags,
     frame_numbers,
     memory_flag,
+    picture_flags,
     preset_from_flags,
     value_option,
     view_flags,
@@ -49,9 +50,7 @@ from scenes.render.pictures import PictureStyle
 )
 @file_flags
 @click.option("--preview", is_flag=True, help="A PNG contact sheet; an mp4 where ffmpeg is there.")
-@click.option("--tone", default="filmic", metavar="NAME", help="filmic, reinhard or linear.")
-@click.option("--view", default="colour", metavar="NAME", help="Of previews: colour or level.")
-@click.option("--exposure", type=float, default=0.0, metavar="STOPS", help="Of previews.")
+@picture_flags
 @click.option("--resume", is_flag=True, help="Keep frames done with these settings (the default).")
 @click.option("--overwrite", is_flag=True, help="Render anew and replace whatever is there.")
 @click.option("--threads", type=click.IntRange(0, 1024), default=0, help="0 = one for each core.")
