@@ -14,6 +14,7 @@ Ints = Int64[np.ndarray, " n"]
 Flags = Bool[np.ndarray, " n"]
 
 FloatArray = Annotated[np.ndarray, np.float64]
+SingleArray = Annotated[np.ndarray, np.float32]
 IntArray = Annotated[np.ndarray, np.int64]
 FlagArray = Annotated[np.ndarray, np.bool_]
 """Arrays of any shape, as fields of ``ArrayData``."""
@@ -35,7 +36,8 @@ def freeze(data: Any, **dtypes: Any) -> None:
 
 
 class ArrayData:
-    """Base of frozen dataclasses of arrays: their FloatArray, IntArray and FlagArray are read-only.
+    """Base of frozen dataclasses of arrays: their FloatArray, SingleArray, IntArray and FlagArray
+    are read-only.
 
     What is given for such a field becomes an array of its kind when the data is made.
     """

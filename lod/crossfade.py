@@ -6,6 +6,10 @@ because it is in view grows while the sphere that holds it enters the pyramid of
 that a part's own parts no longer cover is the share λ of its leaf appearance; what of the two lies
 in one another is made up for where they are drawn (``leaf_area_share``). Counts are those of the
 cut: fading changes no part of it.
+
+Parts that thin out are not followed by a leaf appearance: those that are left become wider as the
+others shrink, so that all together cover the same area (Cook et al. 2007, "Stochastic
+simplification of aggregate detail", SIGGRAPH).
 """
 
 import math
@@ -32,7 +36,8 @@ _ROUNDING = 1e-9
 def blend_weights(cut: Cut, view: View) -> BlendWeights:
     """Compute the cross-fade weights of both appearances of every displayed part of a cut."""
     parts = cut.parts
-    shown = fade_factors(cut, view) if view.fade else np.ones(len(parts))
+    fades = view.fade > 0 or parts.kept is not None
+    shown = fade_factors(cut, view) if fades else np.ones(len(parts))
     inner, leaf, hidden = cross_fade(parts.parent, parts.share, shown)
     return BlendWeights(inner, leaf, *view_angles(parts.position, view), hidden)
 
@@ -57,24 +62,29 @@ def fade_factors(cut: Cut, view: View) -> Reals:
     """Compute which share of its area each part shows by itself: (D − d)/(fade·D), at most 1, (n,).
 
     In view times how far its sphere has entered it, but no less than it would show out of view.
+    What thins out shows more than 1: its share over the share of all that is left.
     """
     parts = cut.parts
     columns = parts.position, parts.centre, parts.bound, parts.limit, parts.limit_offscreen
     vantage = compile_view(view)
+    kept = np.zeros(0) if parts.kept is None else parts.kept
 
     shown = np.ones(len(parts))
 
     def run(first: int, last: int) -> None:
         rows = slice(first, last)
-        _fade_factors(vantage, *(each[rows] for each in columns), view.fade, shown[rows])
+        own = [each[rows] for each in (*columns, kept)]
+        _fade_factors(vantage, *own, view.fade, shown[rows])
 
     map_chunks(run, len(parts), _SHORTEST_RUN)
     return shown
 
 
 @njit(cache=True, nogil=True)
-def _fade_factors(vantage, position, centre, bound, limit, limit_offscreen, fade, shown):  # type: ignore[no-untyped-def]
+def _fade_factors(vantage, position, centre, bound, limit, limit_offscreen, kept, fade, shown):  # type: ignore[no-untyped-def]
     for i in range(len(bound)):
+        if len(kept) and kept[i] == 0.0:
+            continue  # the whole of what thins out shows nothing
         d = distance_to(vantage, position[i, 0], position[i, 1], position[i, 2])
         # Where it is well within the coarser limit it is whole, in view or not.
         if d < limit_offscreen[i] * (1.0 - fade) and limit_offscreen[i] <= limit[i]:
@@ -84,6 +94,8 @@ def _fade_factors(vantage, position, centre, bound, limit, limit_offscreen, fade
         if sphere_in_frustum(vantage, x, y, z, bound[i]):
             inside = _band_factor(d, limit[i], fade) * entry_fraction(vantage, x, y, z, bound[i])
             shown[i] = max(shown[i], inside)
+        if len(kept):
+            shown[i] /= kept[i]
 
 
 @njit(cache=True, nogil=True)
@@ -97,8 +109,8 @@ def _view_angles(position, eye, sun, rise, turn):  # type: ignore[no-untyped-def
 
 @njit(cache=True)
 def _band_factor(d, D, fade):  # type: ignore[no-untyped-def]
-    if D == math.inf:
-        return 1.0
+    if D == math.inf or fade == 0.0:
+        return 1.0 if d < D else 0.0
     return min(max((D - d) / (fade * D), 0.0), 1.0) if D > 0.0 else 0.0
 
 

@@ -29,6 +29,9 @@ class Hierarchy(ArrayData):
     overlap    (n,)   how much of the leaf appearance and of the parts' appearances lies in one
                       another where half of either shows, below 1; by default 0
                       (``lod.crossfade.leaf_area_share``)
+    stands_for (n,)   how many parts like itself each part has grown as wide as where it ends, at
+                      least 1 and by default 1. P² counts them. Of a whole whose parts stand for
+                      others it is the most of any of them, and it shows nothing of its own
 
     Raises InputError unless it is a tree of finite numbers with P > 0, R ≥ 0 and nested bounds:
     B of a whole is at least the separation of its part plus the part's B, so that the whole of a
@@ -44,9 +47,10 @@ class Hierarchy(ArrayData):
     separation: FloatArray
     contrast: IntArray = field(default_factory=lambda: np.zeros(0, np.int64))
     overlap: FloatArray = field(default_factory=lambda: np.zeros(0))
+    stands_for: FloatArray = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self) -> None:
-        for name, usual in (("contrast", NEVER_LOST), ("overlap", 0.0)):
+        for name, usual in (("contrast", NEVER_LOST), ("overlap", 0.0), ("stands_for", 1.0)):
             if len(getattr(self, name)) == 0:
                 object.__setattr__(self, name, np.full(len(self.parent), usual))
         super().__post_init__()
@@ -80,13 +84,18 @@ class Hierarchy(ArrayData):
 
     @cached_property
     def share(self) -> np.ndarray:
-        """Compute area P² of each part over that of all parts of its owner, (n,), 1 for row 0."""
-        area = self.P**2
+        """Compute each part's own area over that of all parts of its owner, (n,), 1 for row 0."""
+        area = self.P**2 / self.stands_for
         siblings = np.bincount(self.parent[1:], area[1:], len(self))
         share = np.ones(len(self))
         share[1:] = area[1:] / siblings[self.parent[1:]]
         share.setflags(write=False)
         return share
+
+    @property
+    def is_thinned(self) -> bool:
+        """Tell whether its parts thin out with distance, and what is left stands for all."""
+        return bool(self.stands_for[0] > 1)
 
     def scaled(self, factor: float) -> "Hierarchy":
         """Return the object with every length multiplied by ``factor``.
@@ -102,7 +111,7 @@ class Hierarchy(ArrayData):
         n, parent, level = len(self.parent), self.parent, self.level
         if n == 0:
             raise InputError("hierarchy", 0, "an object has at least one part, itself")
-        names = ("level", "P", "R", "B", "separation", "contrast", "overlap")
+        names = ("level", "P", "R", "B", "separation", "contrast", "overlap", "stands_for")
         check_columns("hierarchy", self, position=(n, 3), **dict.fromkeys(names, (n,)))
         if parent[0] != -1:
             raise InputError(
@@ -121,6 +130,8 @@ class Hierarchy(ArrayData):
             raise InputError("hierarchy.contrast", wrong, f"a class of contrast, 0 to {NEVER_LOST}")
         if self.overlap.max() >= 1:
             raise InputError("hierarchy.overlap", float(self.overlap.max()), "below 1")
+        if self.stands_for.min() < 1:
+            raise InputError("hierarchy.stands_for", float(self.stands_for.min()), "at least 1")
         for name in ("P", "R", "B", "separation"):
             values = getattr(self, name)
             for row in np.flatnonzero(values <= 0 if name == "P" else values < 0).tolist():

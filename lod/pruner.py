@@ -30,6 +30,9 @@ class Parts:
     parent    (n,)   row of the part that owns it, in the batch that was asked; -1 for roots
     share     (n,)   its share of the area of all direct parts of its whole, 0 to 1; 1 for roots
     state     data of the representation itself, passed along untouched (poses, seeds, tiles)
+    kept      (n,)   of parts that thin out, the share that is left at its distance, above 0: what
+                     is left is so much wider. 0 for the whole of such parts, which shows nothing;
+                     None where nothing thins out
     """
 
     position: np.ndarray
@@ -43,12 +46,15 @@ class Parts:
     parent: np.ndarray
     share: np.ndarray
     state: Any = None
+    kept: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         same = self.centre is self.position
         freeze(self, position=np.float64, bound=np.float64, limit=np.float64)
         freeze(self, limit_offscreen=np.float64, level=np.int64, object=np.int64)
         freeze(self, part=np.int64, parent=np.int64, share=np.float64)
+        if self.kept is not None:
+            freeze(self, kept=np.float64)
         if same:
             object.__setattr__(self, "centre", self.position)
         else:
@@ -71,7 +77,9 @@ class Parts:
     @staticmethod
     def _gather(batches: Sequence["Parts"], column: Callable[[str], np.ndarray]) -> "Parts":
         # Centres that are positions in every batch stay so.
-        names = [each.name for each in fields(Parts) if each.name not in ("centre", "state")]
+        names = {each.name for each in fields(Parts)} - {"centre", "state"}
+        if batches[0].kept is None:
+            names -= {"kept"}
         columns = {name: column(name) for name in names}
         shared = all(each.centre is each.position for each in batches)
         centre = columns["position"] if shared else column("centre")
@@ -84,7 +92,8 @@ class BlendWeights(ArrayData):
 
     The inner appearance carries the displayed parts of a part; the leaf appearance stands for the
     hidden ones. Both weights are shares of area, 0 to 1, so that a whole that loses its parts one
-    by one covers as much as before; a weight of 0 draws nothing.
+    by one covers as much as before; a weight of 0 draws nothing. A part that stands for others like
+    it, which have been thinned out, has more than 1.
 
     inner          (n,) weight of the inner appearance
     leaf           (n,) weight of the leaf appearance

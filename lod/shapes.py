@@ -6,11 +6,21 @@ after part; a frame is made of the two batched shapes, sticks and triangles, and
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
 from typing import TypeVar
 
 import numpy as np
 
-from lod.arrays import ArrayData, Flags, FloatArray, IntArray, Points, Reals, check_columns
+from lod.arrays import (
+    ArrayData,
+    Flags,
+    FloatArray,
+    IntArray,
+    Points,
+    Reals,
+    SingleArray,
+    check_columns,
+)
 from lod.errors import InputError
 
 Table = TypeVar("Table", bound="StickTable")
@@ -132,7 +142,7 @@ class StickTable(ArrayData):
         return replace(self, **{name: getattr(self, name) * factor for name in names})
 
 
-_PER_VERTEX = ("vertices", "normals", "colours")
+_PER_VERTEX = ("vertices", "spine", "normals", "colours")
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,6 +152,8 @@ class MeshTable(ArrayData):
     first_vertex (n + 1,)  vertices of part i are rows first_vertex[i]:first_vertex[i + 1]
     first_face (n + 1,)    its faces are rows first_face[i]:first_face[i + 1]
     vertices (v, 3)        corners, in whichever frame the holder of the table says [m]
+    spine (v, 3)           where each corner is once the mesh has shrunk to no area, on a line along
+                           which it keeps its length, or all in one point [m]
     normals (v, 3)         unit normals
     colours (v, 3)         linear Rec.709 albedo, 0 to 1
     faces (f, 3)           rows of ``vertices``, counter-clockwise seen from outside
@@ -153,6 +165,7 @@ class MeshTable(ArrayData):
     first_vertex: IntArray
     first_face: IntArray
     vertices: FloatArray
+    spine: FloatArray
     normals: FloatArray
     colours: FloatArray
     faces: IntArray
@@ -190,6 +203,17 @@ class MeshTable(ArrayData):
         """Return the part that each vertex belongs to, (v,)."""
         return np.repeat(np.arange(len(self.count)), np.diff(self.first_vertex))
 
+    @cached_property
+    def plain_width(self) -> np.ndarray:
+        """Compute how much wider than its mesh a triangle of each part's first two corners and its
+        last has to be, to have the same area above the ground, where z is above 0, (n,)."""
+        first, last = self.first_vertex[:-1], self.first_vertex[1:]
+        found, some = np.ones(len(first)), last > first
+        corners = np.stack((first, first + 1, last - 1), axis=1)[some]
+        area = np.bincount(self.owner, _areas_above(self.vertices, self.faces), len(first))
+        found[some] = area[some] / _areas_above(self.vertices, corners)
+        return found
+
     @property
     def face_colours(self) -> np.ndarray:
         """Compute the mean albedo of each triangle over its corners, (f, 3)."""
@@ -213,14 +237,18 @@ class MeshTable(ArrayData):
         )
 
     def with_area_share(self, share: float) -> "MeshTable":
-        """Shrink the mesh of each part to a share of its area, about the middle of its corners."""
-        if share == 1.0:
-            return self
-        owner, count = self.vertex_owner, np.maximum(np.diff(self.first_vertex), 1)
-        sums = [np.bincount(owner, x, len(count)) / count for x in self.vertices.T]
-        middle = np.stack(sums, axis=1)[owner]
-        shrunk = middle + np.sqrt(share) * (self.vertices - middle)
-        return replace(self, vertices=shrunk)
+        """Shrink the mesh of each part toward its spine, to a share of its area."""
+        width = np.where(self.shrinks_to_point, np.sqrt(share), share)[self.vertex_owner, None]
+        return replace(self, vertices=self.spine + width * (self.vertices - self.spine))
+
+    @cached_property
+    def shrinks_to_point(self) -> np.ndarray:
+        """Tell of which parts the spine is one point, (n,)."""
+        first = np.minimum(self.first_vertex[:-1], max(len(self.spine) - 1, 0))[self.vertex_owner]
+        apart = np.abs(self.spine - self.spine[first]).max(axis=1, initial=0.0)
+        found = np.ones(len(self.count), np.bool_)
+        found[self.vertex_owner[apart > 1e-9]] = False
+        return found
 
     @staticmethod
     def of(meshes: Sequence["Mesh | MeshTable | None"]) -> "MeshTable":
@@ -249,17 +277,25 @@ class MeshTable(ArrayData):
 
     def scaled(self, factor: float) -> "MeshTable":
         """Return the table with every length multiplied by ``factor``."""
-        return replace(self, vertices=self.vertices * factor)
+        return replace(self, vertices=self.vertices * factor, spine=self.spine * factor)
 
 
 @dataclass(frozen=True, eq=False)
 class Mesh(ArrayData):
-    """The triangle mesh of one part, as in MeshTable: vertices, normals, colours (v, 3); faces."""
+    """The mesh of one part, as in MeshTable: vertices, normals, colours (v, 3); faces; and spine
+    (v, 3), by default the middle of its corners."""
 
     vertices: FloatArray
     normals: FloatArray
     colours: FloatArray
     faces: IntArray
+    spine: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
+
+    def __post_init__(self) -> None:
+        if not len(self.spine):
+            middle = np.mean(self.vertices, axis=0)
+            object.__setattr__(self, "spine", np.tile(middle, (len(self.vertices), 1)))
+        super().__post_init__()
 
 
 def triangle_areas(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
@@ -267,6 +303,15 @@ def triangle_areas(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     areas: np.ndarray = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
     return areas
+
+
+def _areas_above(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Compute the area of each triangle whose z is above 0, by 64 even points of it, (f,) [m²]."""
+    u, v = (np.indices((8, 8)).reshape(2, -1) + 0.5) / 8
+    u, v = np.where(u + v > 1, 1 - u, u), np.where(u + v > 1, 1 - v, v)
+    z = vertices[faces, 2] @ np.stack((1 - u - v, u, v))
+    above: np.ndarray = triangle_areas(vertices, faces) * (z > 0).mean(axis=1)
+    return above
 
 
 @dataclass(frozen=True, eq=False)
@@ -297,8 +342,8 @@ class Triangles(ArrayData):
     """A triangle mesh with its own normals and colours: terrain, leaves, flames.
 
     vertices (v, 3) corners [m]
-    normals  (v, 3) unit normals
-    colours  (v, 3) linear Rec.709 albedo, 0 to 1
+    normals  (v, 3) float32 unit normals
+    colours  (v, 3) float32 linear Rec.709 albedo, 0 to 1
     faces    (f, 3) rows of ``vertices``, counter-clockwise seen from outside
     owner    (f,)   row of the part that each face belongs to
     glow     (f,)   row of ``glows``; empty where nothing emits light
@@ -306,8 +351,8 @@ class Triangles(ArrayData):
     """
 
     vertices: FloatArray
-    normals: FloatArray
-    colours: FloatArray
+    normals: SingleArray
+    colours: SingleArray
     faces: IntArray
     owner: IntArray
     glow: IntArray = field(default_factory=lambda: np.zeros(0))

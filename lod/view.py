@@ -81,10 +81,11 @@ class View:
         """Compute the clamped limit distances of every part, in view and out of it, (n,) each [m].
 
         motion_step: of the object, a whole step on the scale of ``shutter``.
-        None is greater out of view: an eye's W grows faster at a finer m, and could turn them
-        round where much of D is the range (``bounded``); and what motion hides in view is not kept
-        for its shadow. None grows with motion_step. For two eyes they are those of
-        ``for_both_eyes``.
+        Out of view those of what thins out are 0: what of it casts shadows into view has a bound so
+        large that it counts as in view. None is greater out of view: an eye's W grows faster at a
+        finer m, and could turn them round where much of D is the range (``bounded``); and what
+        motion hides in view is not kept for its shadow. None grows with motion_step. For two eyes
+        they are those of ``for_both_eyes``.
         """
         inside = limit_distances(hierarchy, self.metric, self.m, self.conditions)
         if motion_step and self.metric.finite:
@@ -95,6 +96,8 @@ class View:
             moving = limit_distances(hierarchy, self.metric, self.m * coarser, conditions)
             inside = np.minimum(inside, moving)
         if self.metric.along_axis:
+            return self.for_both_eyes(inside), np.zeros_like(inside)
+        if hierarchy.is_thinned and self.metric.finite:
             return self.for_both_eyes(inside), np.zeros_like(inside)
         outside = limit_distances(hierarchy, self.metric, self.m_offscreen, self.conditions)
         return self.for_both_eyes(inside), self.for_both_eyes(np.minimum(inside, outside))

@@ -21,6 +21,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
+from jaxtyping import Float64
 
 from bench.experiment import Case
 from bench.images.differences import REFERENCE, TESTED, Looks, Seen, flips, look, sums_by_band
@@ -77,9 +78,12 @@ class CoverOf:
         """Largest height by which the cover can raise the ground [m]."""
         return self.cover.highest
 
-    def residual(self, view: View, points: Points) -> ResidualCover:
+    def residual(
+        self, view: View, points: Points, slopes: Float64[np.ndarray, "n 2"] | None = None
+    ) -> ResidualCover:
         """Return what is left at points (n, 3) of the ground of a view, however that is pruned."""
-        return self.cover.residual(replace(view, detail=self.detail, metric=self.metric), points)
+        own = replace(view, detail=self.detail, metric=self.metric)
+        return self.cover.residual(own, points, slopes)
 
 
 def display_ground(

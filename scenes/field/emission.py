@@ -2,7 +2,8 @@
 
 The ends of sticks are where ``scenes.rig.pose.pose_points`` puts them, and their radii cover each
 stick's share of its area (``lod.crossfade``). Positions are float64 up to the renderer's door. A
-mesh that fades shrinks about the origin of its part, so that its area is the share that it shows.
+mesh with a spine gets narrower as it fades, and wider where it stands for others like it, but no
+shorter or longer; from PLAIN times its width on a single triangle of the same area has its place.
 """
 
 import math
@@ -10,7 +11,7 @@ import math
 import numpy as np
 from numba import njit
 
-from lod.arrays import Ints, Reals, expand
+from lod.arrays import Ints, Reals
 from lod.crossfade import radius_factor
 from lod.shapes import Sticks, Triangles
 from lod.threads import map_chunks
@@ -26,6 +27,14 @@ from scenes.rig.pose import (
     rotation_matrix,
     transform_point,
 )
+
+PLAIN = 4.0
+"""How much wider a mesh stands for so many like it that its bends are not seen."""
+
+TONE = 0.03
+"""Power of how much wider a mesh is by which it gets darker. Few wide blades shade one another, and
+the ground, less evenly than many narrow ones: in a stand on hills, under suns of 10°, 40° and 70°,
+they were 3 % too bright where 5 times as wide, and 5 to 7 % where 20 times."""
 
 _SHORTEST_RUN = 8192
 """Sticks for which another thread is worth its start."""
@@ -115,25 +124,69 @@ def emit_meshes(
     if meshes is None:
         raise ValueError("parts without meshes")
     rows = np.flatnonzero((meshes.count[parts] > 0) & (share > 0))
-    part, scale = parts[rows], np.sqrt(share[rows])
-    origin, turn = _joint_frames(pose_tables, instances, objects[rows], part_tables.joint[part])
-    owner, vertex = _expanded(meshes.first_vertex, part)
-    middle = part_tables.origin[part][owner]
-    local = middle + scale[owner, None] * (meshes.vertices[vertex] - middle)
-    vertices = origin[owner] + np.einsum("kab,kb->ka", turn[owner], local)
-    normals = np.einsum("kab,kb->ka", turn[owner], meshes.normals[vertex])
-    # Rows of this frame's vertices from those of the table, part by part.
-    count = np.diff(meshes.first_vertex)[part]
-    shift = np.cumsum(count) - count - meshes.first_vertex[part]
-    of_face, face = _expanded(meshes.first_face, part)
-    faces = meshes.faces[face] + shift[of_face, None]
-    return Triangles(vertices, normals, meshes.colours[vertex], faces, rows[of_face])
+    part = parts[rows]
+    # Rows of this frame's vertices and faces at which those of each part begin.
+    plain = (share[rows] >= PLAIN) & ~meshes.shrinks_to_point[part]
+    first_vertex, first_face = (
+        np.append(0, np.cumsum(np.where(plain, fewest, np.diff(first)[part])))
+        for first, fewest in ((meshes.first_vertex, 3), (meshes.first_face, 1))
+    )
+    kinds = np.float64, np.float32, np.float32
+    points = [np.empty((first_vertex[-1], 3), kind) for kind in kinds]
+    faces, owner = np.empty((first_face[-1], 3), np.int64), np.empty(first_face[-1], np.int64)
+    table = (
+        *(meshes.first_vertex, meshes.first_face, meshes.shrinks_to_point, meshes.plain_width),
+        *(meshes.vertices, meshes.spine, meshes.normals, meshes.colours, meshes.faces),
+    )
+
+    def run(first: int, last: int) -> None:
+        for start in range(first, last, _SHORTEST_RUN):
+            own = slice(start, min(start + _SHORTEST_RUN, last))
+            joints = part_tables.joint[part[own]]
+            frames = _joint_frames(pose_tables, instances, objects[rows[own]], joints)
+            begin = first_vertex[own], first_face[own]
+            asked = rows[own], part[own], share[rows[own]]
+            _emit_meshes(asked, frames, table, begin, (*points, faces, owner))
+
+    map_chunks(run, len(rows), _SHORTEST_RUN)
+    vertices, normals, colours = points
+    return Triangles(vertices, normals, colours, faces, owner)
 
 
-def _expanded(first: np.ndarray, parts: np.ndarray) -> tuple[Ints, Ints]:
-    """Number of the part among ``parts``, and row of the table, of all that parts have."""
-    owner, offset = expand(np.diff(first)[parts])
-    return owner, first[parts][owner] + offset
+@njit(cache=True, nogil=True)
+def _emit_meshes(asked, frames, table, begin, out):  # type: ignore[no-untyped-def]
+    rows, parts, share = asked
+    origin, turn = frames
+    first_vertex, first_face, to_point, plain_width, corner, spine, normal, colour, face = table
+    vertices, normals, colours, faces, owner = out
+    for i in range(len(parts)):
+        part, v, f = parts[i], begin[0][i], begin[1][i]
+        first, last = first_vertex[part], first_vertex[part + 1]
+        shift, width, plain = v - first, share[i], share[i] >= PLAIN and not to_point[part]
+        tone = max(width, 1.0) ** -TONE
+        if to_point[part]:
+            width = math.sqrt(width)
+        elif plain:
+            width *= plain_width[part]
+        for k in range(first, last):
+            if plain and first + 1 < k < last - 1:
+                continue  # of a plain one the two corners of its foot and its tip are left
+            for a in range(3):
+                at, ahead = origin[i, a], 0.0
+                for b in range(3):
+                    wide = width * (corner[k, b] - spine[k, b])
+                    at += turn[i, a, b] * (spine[k, b] + wide)
+                    ahead += turn[i, a, b] * normal[k, b]
+                vertices[v, a], normals[v, a], colours[v, a] = at, ahead, tone * colour[k, a]
+            v += 1
+        if plain:
+            faces[f, 0], faces[f, 1], faces[f, 2], owner[f] = v - 3, v - 2, v - 1, rows[i]
+            continue
+        for k in range(first_face[part], first_face[part + 1]):
+            for a in range(3):
+                faces[f, a] = face[k, a] + shift
+            owner[f] = rows[i]
+            f += 1
 
 
 def _joint_frames(

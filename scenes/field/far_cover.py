@@ -29,6 +29,7 @@ from lod.motion import motion_steps
 from lod.shapes import StickTable
 from lod.view import View, distance
 from scenes.appearance.sky import Sky
+from scenes.field.prototypes import species_prototypes
 from scenes.field.species_field import Species
 from scenes.ground.stand import (
     AZIMUTHS_DEG,
@@ -39,7 +40,10 @@ from scenes.ground.stand import (
     full_detail_sticks,
     measure_stand,
 )
+from scenes.processes.cache import content_key
+from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.sticks.areas import areas_of_parts
+from scenes.sticks.prototype import Prototype
 
 STEPS = 6
 """Number of layers up to the top of what stands, thinner below, where eyes are."""
@@ -49,7 +53,7 @@ _SIDES = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
 
 def turbid_canopy(species: tuple[Species, ...]) -> Canopy:
     """Return the canopy that these species are to the light in the air."""
-    return _canopy(tuple((each.prototypes, each.density) for each in species))
+    return _canopy(tuple((_distinct(each.prototypes), each.density) for each in species))
 
 
 @lru_cache(maxsize=4)
@@ -114,7 +118,7 @@ class AggregateCover:
     def stand(self) -> StandAppearance:
         """Return the appearance of the stand, measured when it is first needed."""
         elevation = math.degrees(math.asin(self.to_sun[2]))
-        kinds = tuple((each.prototypes, each.density) for each in self.species)
+        kinds = tuple((_distinct(each.prototypes), each.density) for each in self.species)
         return measure_stand(kinds, round(elevation, 3), self.sky, self.max_depth)
 
     @cached_property
@@ -132,29 +136,38 @@ class AggregateCover:
         d, gone = distance(view, points), np.empty((len(points), len(self.species)))
         grown = np.ones_like(gone)
         for k, each in enumerate(self.species):
-            trees = [p.hierarchy for p in each.prototypes]
-            outlines = np.array([float(tree.P[0]) ** 2 for tree in trees])
-            limits = _limits_at(each.seen_in(view), trees, points, d)
-            gone[:, k] = undisplayed_share(d, limits, outlines, view.fade)
+            trees, own = [p.hierarchy for p in each.prototypes], each.seen_in(view)
+            if any(tree.is_thinned for tree in trees):
+                gone[:, k] = _missing(own, each, points, d)
+            else:
+                outlines = np.array([float(tree.P[0]) ** 2 for tree in trees])
+                limits = _limits_at(own, trees, points, d)
+                gone[:, k] = undisplayed_share(d, limits, outlines, view.fade)
             if each.habitat is not None:
                 grown[:, k] = each.habitat.share(view.camera.corner, points[:, :2])
         return gone, grown
 
-    def residual(self, view: View, points: Points) -> "ResidualCover":
-        """Compute what the species leave at points (n, 3) of the ground, as the eye sees it."""
+    def residual(
+        self, view: View, points: Points, slopes: Float64[np.ndarray, "n 2"] | None = None
+    ) -> "ResidualCover":
+        """Compute what the species leave at points (n, 3) of the ground, as the eye sees it.
+
+        slopes (n, 2)  of the ground without its small bumps; None = it is level
+        """
+        slopes = np.zeros((len(points), 2)) if slopes is None else slopes
         gone, grown = self.undisplayed(view, points)
         rows = np.flatnonzero((gone * grown).any(axis=1))
         lift, covered = np.zeros((2, len(points)))
         look = None
         if len(rows):
             at, gone, grown = points[rows], gone[rows], grown[rows]
-            level = SightLines.of(self, view, at, gone, grown)
+            level = SightLines.of(self, view, at, slopes[rows], gone, grown)
             height = self.stand.height[:, None, None]
             lift[rows] = interpolate_table(height, level.row, 0 * level.row)[:, 0] * level.share
             # Lines meet the ground where it is drawn, and what is displayed is buried so deep.
             drawn = at + lift[rows, None] * np.array((0.0, 0.0, 1.0))
             above = np.interp(lift[rows], self.stand.levels, self.stand.above)[:, None]
-            look = SightLines.of(self, view, drawn, 1 - (1 - gone) * above, grown)
+            look = SightLines.of(self, view, drawn, slopes[rows], 1 - (1 - gone) * above, grown)
             covered[rows] = covered_share(look.depths)
         return ResidualCover(self, lift, covered, rows, look)
 
@@ -203,6 +216,24 @@ class ResidualCover:
         return found
 
 
+def _distinct(
+    prototypes: tuple[Prototype | RiggedPrototype, ...],
+) -> tuple[Prototype | RiggedPrototype, ...]:
+    """Leave out prototypes that differ only in the limits of their parts."""
+    looks = [content_key(each.inner, each.leaf) for each in prototypes]
+    return tuple(dict(zip(looks, prototypes, strict=True)).values())
+
+
+def _missing(view: View, species: Species, points: Points, d: Reals) -> Reals:
+    """Share of the cover of a species that thins out which is left to the ground, (n,)."""
+    tables, motion = species_prototypes(species.prototypes).part_tables, np.zeros(len(points))
+    if view.shutter is not None and view.metric.finite:
+        bound, ends = np.full(len(points), tables.bound.max()), (points, points)
+        corner, theta = view.camera.corner, view.theta
+        motion = motion_steps(view.shutter, corner, theta, *ends, bound, 0 * bound)
+    return tables.missing_cover(d, view, motion)
+
+
 def _limits_at(
     view: View, trees: Sequence[Hierarchy], points: Points, d: Reals
 ) -> Float64[np.ndarray, "#n t"]:
@@ -239,6 +270,10 @@ def _limits_at_motion(
 class SightLines:
     """Lines of sight that come down to n points of the ground.
 
+    On a slope a line meets as many objects as one that comes down to level ground at such a
+    depression that it passes over as little of it: of K objects on a square metre of the map it
+    meets K·A/(sin δ − s·cos δ), where the ground falls by s along the way to the eye.
+
     row, column (n,)  of their depressions and azimuths in the tables of a stand, with fractions
     depths (n, k)     optical depth of each species' undisplayed cover
     share (n,)        undisplayed share of the cover that the stand has where all species grow
@@ -253,11 +288,17 @@ class SightLines:
 
     @staticmethod
     def of(
-        cover: AggregateCover, view: View, points: Points, gone: Shares, grown: Shares
+        cover: AggregateCover,
+        view: View,
+        points: Points,
+        slopes: Float64[np.ndarray, "n 2"],
+        gone: Shares,
+        grown: Shares,
     ) -> "SightLines":
         to_eye = view.camera.eye - points
-        flat = np.hypot(to_eye[:, 0], to_eye[:, 1])
-        depression = np.degrees(np.arctan2(to_eye[:, 2], flat))
+        rise = to_eye[:, 2] - (slopes * to_eye[:, :2]).sum(axis=1)
+        sine = rise / np.maximum(np.sqrt((to_eye**2).sum(axis=1)), 1e-9)
+        depression = np.degrees(np.arcsin(np.clip(sine, -1.0, 1.0)))
         depression = np.maximum(depression, LOWEST_DEG)
         sun = math.atan2(cover.to_sun[1], cover.to_sun[0])
         turn = np.degrees(np.arctan2(to_eye[:, 1], to_eye[:, 0]) - sun)

@@ -12,6 +12,7 @@ import numpy as np
 from lod.law import spread_nodes
 from lod.view import View, compile_view
 from scenes.field.cells import SearchBounds, cell_in_reach, search_spans
+from scenes.field.emission import PLAIN
 from scenes.field.species_field import SpeciesField
 
 _NODES = 768
@@ -68,6 +69,9 @@ def forecast_field(field: SpeciesField, view: View) -> FieldForecast:
     tables = field.prototypes.part_tables
     sticks = tables.sticks.count[2 * part + is_leaf]
     triangles = np.zeros(len(part)) if tables.meshes is None else tables.meshes.count[part]
+    kept = cut.parts.kept
+    if kept is not None:
+        triangles = np.where((kept > 0) & (kept < 1 / PLAIN), np.minimum(triangles, 1), triangles)
     visited = float(weight.sum())
     return FieldForecast(
         cells=visited,

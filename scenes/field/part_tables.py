@@ -8,13 +8,14 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from lod.arrays import ArrayData, FloatArray, IntArray, expand
+from lod.arrays import ArrayData, FloatArray, IntArray, Ints, Reals, expand
 from lod.crossfade import leaf_area_share
 from lod.hierarchy import Hierarchy
 from lod.pruner import BlendWeights
 from lod.shapes import MeshTable
 from lod.threads import map_chunks
 from lod.view import View
+from scenes.field.thinning import Left, Thinning, at_motion
 from scenes.rig.rig import RiggedSticks
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.sticks.by_view import (
@@ -46,6 +47,7 @@ class PartTables(ArrayData):
                    follow their own
     meshes         of the parts that are shown as meshes and have no leaf sticks here, each in the
                    frame of its part's joint; None where there are none
+    thinning       of the parts that thin out; None where none do
     """
 
     hierarchies: tuple[Hierarchy, ...]
@@ -64,6 +66,7 @@ class PartTables(ArrayData):
     tints: FloatArray
     view_dependence: ViewDependence
     meshes: MeshTable | None
+    thinning: Thinning | None
 
     @staticmethod
     def of(prototypes: tuple[RiggedPrototype, ...]) -> "PartTables":
@@ -95,6 +98,7 @@ class PartTables(ArrayData):
             tints=tints,
             view_dependence=view_dependence,
             meshes=meshes,
+            thinning=Thinning.of(trees),
         )
 
     def limits(self, view: View, motion_step: int = 0) -> tuple[np.ndarray, np.ndarray]:
@@ -113,6 +117,16 @@ class PartTables(ArrayData):
         """
         steps = range(1 if max_step == 0 else int(max_step) + 2)
         return np.stack([np.stack(self.limits(view, step), axis=1) for step in steps])
+
+    def kept(self, rows: Ints, d: Reals, view: View, motion: Reals) -> Reals | None:
+        """Compute ``Parts.kept`` of parts in these rows at distances d and steps of motion (n,)."""
+        if self.thinning is None:
+            return None
+        return at_motion(motion, lambda step, k: _left(self, view, step).kept(rows[k], d[k]))
+
+    def missing_cover(self, d: Reals, view: View, motion: Reals) -> Reals:
+        """Compute what parts that thin out lack of their cover at distances d [m], (n,)."""
+        return at_motion(motion, lambda step, k: _left(self, view, step).missing(d[k]))
 
     def parts_of(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Find the row of each part that ``rows`` own, and which of them owns it."""
@@ -155,6 +169,13 @@ class DisplayedSticks(NamedTuple):
     stick: np.ndarray
     share: np.ndarray
     tint: np.ndarray
+
+
+@lru_cache(maxsize=16)
+def _left(part_tables: PartTables, view: View, motion_step: int) -> Left:
+    if part_tables.thinning is None:
+        raise ValueError("nothing of these prototypes thins out")
+    return Left.of(part_tables.thinning, _limits(part_tables, view, motion_step)[0], view.fade)
 
 
 @lru_cache(maxsize=16)
@@ -218,7 +239,10 @@ def _appearances(
     tint_start = np.cumsum([0] + [len(p.tints) for p in prototypes])[:-1]
     tables, block, parts = [], [], 0
     for prototype, start in zip(prototypes, tint_start, strict=True):
-        for is_leaf, table in enumerate((prototype.inner, _shown(prototype)[0])):
+        inner = prototype.inner
+        if prototype.hierarchy.is_thinned:
+            inner = inner.only(np.zeros(len(inner.count), np.bool_))
+        for is_leaf, table in enumerate((inner, _shown(prototype)[0])):
             tables.append(replace(table, tint=tint_row.ravel()[start + table.tint]))
             block.append(2 * (parts + table.owner) + is_leaf)
         parts += len(prototype.hierarchy)
@@ -234,8 +258,10 @@ def _appearances(
 
 def _shown(prototype: RiggedPrototype) -> tuple[RiggedSticks, ViewDependence]:
     leaf, views = prototype.leaf, prototype.view_dependence
-    if prototype.meshes is None:
+    if prototype.meshes is None and not prototype.hierarchy.is_thinned:
         return leaf, views
-    shown = prototype.meshes.count[leaf.owner] == 0
+    shown = leaf.owner >= int(prototype.hierarchy.is_thinned)
+    if prototype.meshes is not None:
+        shown &= prototype.meshes.count[leaf.owner] == 0
     rows = views.rows(len(leaf))[shown]
     return leaf.take(shown), replace(views, table_row=rows) if len(views.table_row) else views

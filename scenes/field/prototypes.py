@@ -11,7 +11,7 @@ from lod.arrays import ArrayData, FloatArray, Ints, Points
 from lod.motion import motion_steps
 from lod.pruner import BlendWeights, Cut, Parts
 from lod.shapes import Appearance, Sticks, SticksAndTriangles
-from lod.view import View
+from lod.view import View, distance
 from scenes.appearance.tone import Illumination, fit_tone
 from scenes.field.emission import emit, emit_meshes
 from scenes.field.part_tables import PartTables
@@ -192,6 +192,7 @@ class SpeciesPrototypes:
             parent=parent,
             share=tables.share[part],
             state=objects,
+            kept=tables.kept(part, distance(view, position), view, objects.motion_step[rows]),
         )
 
     def appearance(

@@ -6,19 +6,24 @@ it, as thick as a blade looks on average as it is turned about its length, which
 width. Stems are round. Everything is rooted ROOT_M deep, so that nothing hangs in the air beside a
 tuft on a slope. A part's origin is the middle of what it holds above the ground, the tuft's is its
 foot.
+
+Tufts thin out with distance, and have no appearance of their own. Each blade and stem has a rank u,
+even over 0 to 1. At the distance d those with ranks below λ(d) are left, a random subset, and are
+1/λ times as wide: a part stands for 1/u parts where it ends. So that each that is left covers
+PIXELS of a pixel, P² is the area of 1/u blades over PIXELS, which gives λ ∝ 1/d²; below LINEAR P
+is greater, so that λ ∝ 1/d, for very wide blades would be seen as such. At LEAST all end.
 """
 
+from dataclasses import replace
 from functools import lru_cache
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from jaxtyping import Float64
 
 from lod.arrays import Ints, Points, Reals
 from lod.shapes import Mesh, MeshTable, StickTable
-from scenes.appearance.fit import fit_appearances
 from scenes.rig.rigged_prototype import RiggedPrototype
-from scenes.sticks.object_shapes import PartSticks
 from scenes.sticks.prototype import PartPlaces, Prototype, assemble_prototype, box_middles
 from scenes.trees.species import CALM_SUMMER, SEASONS, Weather
 from scenes.trees.tree import swaying
@@ -64,7 +69,22 @@ BEND_DEG = 4.0, 14.0
 _BLADE_FACES = np.array(((0, 1, 2), (0, 2, 3), (3, 2, 4)))
 """Corners of a blade's triangles: two at its root, two half-way up, and its tip."""
 
+PIXELS = 0.36
+"""Area of a pixel that each blade covers that is left, at a detail of one pixel [px]."""
+
+LEAST = 0.01
+"""Share of the blades at which the last of them end."""
+
+SHADOW_M = 1.5
+"""How far out of view tufts are displayed for the shadows that they cast into it [m]."""
+
+RANKINGS = 25
+"""Prototypes of each tuft, which differ in the ranks of its blades: each gets all ranks in turn."""
+
 _STREAM = 0x54AD
+
+
+Tuft = TypeVar("Tuft", bound=Prototype | RiggedPrototype)
 
 
 class _Stalks(NamedTuple):
@@ -111,6 +131,27 @@ def _rng(seed: int, k: int, what: int) -> np.random.Generator:
     return np.random.Generator(np.random.Philox(np.random.SeedSequence((seed, _STREAM, k, what))))
 
 
+def ranked(tuft: Tuft) -> tuple[Tuft, ...]:
+    """Give the parts of a tuft the ranks by which they thin out, in RANKINGS ways."""
+    h, n = tuft.hierarchy, len(tuft.hierarchy)
+    area, half_width = float(np.mean(h.P[1:] ** 2)), np.zeros(n)
+    np.maximum.at(half_width, tuft.leaf.owner, tuft.leaf.start_radius * np.pi / 2)
+    # Evenly over all lengths, however few are left (a Weyl sequence).
+    order = np.argsort(np.argsort(h.R[1:])) * (np.sqrt(5) - 1) / 2
+    found = []
+    for turn in range(RANKINGS):
+        rank = np.maximum((order + turn / RANKINGS) % 1, LEAST)
+        rank = np.append(rank.min(), rank)
+        P = np.sqrt(area / (PIXELS * rank))
+        # What is wider reaches farther, too: of the whole all of it.
+        wider = half_width * (1 / rank - 1)
+        wider[0] = (half_width * (1 / LEAST - 1)).max()
+        reach = {"R": h.R + wider, "B": h.B + wider[0] + SHADOW_M}
+        ranks = replace(h, P=P, **reach, stands_for=1 / rank)
+        found.append(replace(tuft, hierarchy=ranks))
+    return tuple(found)
+
+
 def _tuft(name: str, rng: np.random.Generator, dry: float) -> tuple[Prototype, Points]:
     shoots = rng.normal(scale=_TUFT_M, size=(_SHOOTS, 2))
     of_stem = rng.permutation(_SHOOTS)[: min(rng.poisson(_STEMS), _SHOOTS)]
@@ -124,20 +165,18 @@ def _tuft(name: str, rng: np.random.Generator, dry: float) -> tuple[Prototype, P
     ends = np.array(((0, 0, -ROOT_M), (0, 0, 0.0), (0, 0, 0.005)))
     thin, whole = np.full(2, 0.001), np.zeros(2, np.int64)  # too thin to outlast the blades
     crown = StickTable.of(n, whole, ends[:2], ends[1:], thin, thin, np.full(2, 2 * _SHADES))
-    own = StickTable.merge(
-        [crown, *_sticks(n, rows[0], blades, tint), *_flowering(rng, n, rows[1], stems)]
-    )
+    stalks = [*_sticks(n, rows[0], blades, tint), *_flowering(rng, n, rows[1], stems)]
     meshes = MeshTable.of([None, *_faces(rng, blades, tint), *[None] * len(of_stem)])
-    parts = PartSticks(parent, np.minimum(np.arange(n), 1), own, _PALETTE, meshes)
-    fitted = fit_appearances(parts)
+    own = StickTable.merge([crown, *stalks])
+    # The tuft has no look of its own: it counts as large as all its sticks.
+    leaf = StickTable.merge([own, *(each.with_owner(n, 0 * each.owner) for each in stalks)])
     # The middle of the box about what each part has above the ground; of the tuft its foot.
     ends, owner = own.spheres[0], np.tile(own.owner, 2)
     above = ends * (1, 1, 0) + np.maximum(ends, 0) * (0, 0, 1)
     middle = box_middles(parent, owner, above)
     middle[0] = 0.0
-    places = PartPlaces(parent, parts.level, middle, fitted.overlap)
-    looks = own.only(parts.owns), fitted.leaf
-    still = assemble_prototype(name, places, *looks, _PALETTE, fitted.view_dependence, meshes)
+    places = PartPlaces(parent, np.minimum(np.arange(n), 1), middle)
+    still = assemble_prototype(name, places, crown, leaf, _PALETTE, meshes=meshes)
     return still, np.concatenate((blades.base, stems.base))
 
 
@@ -200,10 +239,11 @@ def _faces(rng: np.random.Generator, blades: _Stalks, tint: Ints) -> list[Mesh]:
     lower, upper = (np.cross(across, up) for up in (along, blades.tip - half))
     upper /= np.linalg.norm(upper, axis=1)[:, None]
     bent = (lower + upper) / np.linalg.norm(lower + upper, axis=1)[:, None]
+    spines = np.stack((root, root, half, half, blades.tip), axis=1)
     normals = np.stack((lower, lower, bent, bent, upper), axis=1)
     return [
-        Mesh(points, ahead, np.tile(_PALETTE[shade], (5, 1)), _BLADE_FACES)
-        for points, ahead, shade in zip(corners, normals, tint, strict=True)
+        Mesh(points, ahead, np.tile(_PALETTE[shade], (5, 1)), _BLADE_FACES, spine)
+        for points, spine, ahead, shade in zip(corners, spines, normals, tint, strict=True)
     ]
 
 

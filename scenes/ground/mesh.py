@@ -270,7 +270,7 @@ def _covered(
     if cover is None:
         normals, share = seen_facets(slopes, hidden[:, 0], eye - vertices, ground.to_sun)
         return np.concatenate((vertices, normals, cavity_albedo(bare, share)), axis=1)
-    residual = cover.residual(ground.view, vertices)
+    residual = cover.residual(ground.view, vertices, smooth)
     vertices = vertices + residual.lift[:, None] * (0.0, 0.0, 1.0)
     open_share = 1 - residual.covered[:, None]
     slopes, hidden = smooth + open_share * (slopes - smooth), open_share**2 * hidden

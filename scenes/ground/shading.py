@@ -66,8 +66,13 @@ class AggregateCover(Protocol):
     def highest(self) -> float:
         """Largest height by which the cover can raise the ground [m]."""
 
-    def residual(self, view: View, points: Points) -> ResidualCover:
-        """What the species leave at points (n, 3) of the ground in a view."""
+    def residual(
+        self, view: View, points: Points, slopes: Float64[np.ndarray, "n 2"] | None = None
+    ) -> ResidualCover:
+        """What the species leave at points (n, 3) of the ground of these slopes (n, 2) in a view.
+
+        Without slopes it is level.
+        """
 
 
 _SMOOTH = 1e-6

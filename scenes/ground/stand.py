@@ -17,7 +17,7 @@ meet something. Outlines of whole objects are not sampled: they are measured exa
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -423,7 +423,7 @@ def measure_stand(
     max_depth  longest path of light, in segments
     lines      lines of sight from each depression
     """
-    bare = [[full_detail_sticks(prototype) for prototype in prototypes] for prototypes, _ in kinds]
+    bare = [[_above_ground(*full_detail_sticks(each)) for each in group] for group, _ in kinds]
     densities = [density for _, density in kinds]
     light = SunAndSky.at_azimuths(sun_elevation_deg, AZIMUTHS_DEG, sky)
     key = rounded_key(bare, densities, sun_elevation_deg, sky, max_depth, lines)
@@ -477,6 +477,16 @@ def full_detail_sticks(prototype: Prototype | RiggedPrototype) -> tuple[StickTab
     one = prototype.posed() if isinstance(prototype, RiggedPrototype) else prototype
     leaves = one.leaf.only(one.hierarchy.part_count == 0)
     return StickTable.as_one_part([one.inner, leaves]), one.tints
+
+
+def _above_ground(table: StickTable, tints: np.ndarray) -> tuple[StickTable, np.ndarray]:
+    """Cut sticks off where they go into the ground; roots would count as cover."""
+    table = table.take(np.maximum(table.start[:, 2], table.end[:, 2]) > 0)
+    rise = table.end[:, 2] - table.start[:, 2]
+    share = np.clip(-table.start[:, 2] / np.where(rise == 0, 1.0, rise), 0.0, None)[:, None]
+    rooted = (table.start[:, 2] < 0)[:, None]
+    start = np.where(rooted, table.start + share * (table.end - table.start), table.start)
+    return replace(table, start=start), tints
 
 
 def unit_direction(elevation_deg: float, azimuth_deg: float) -> Reals:

@@ -126,7 +126,12 @@ def model_prototypes(
         made = build(seed, count, weather)
         if not walks:
             made = tuple(at_rest(p) if isinstance(p, RiggedPrototype) else p for p in made)
-        return tuple(p.scaled(size) for p in made for size in sizes)
+        each_size = tuple(p.scaled(size) for p in made for size in sizes)
+        if model != "sward":
+            return each_size
+        from scenes.grass.sward import ranked
+
+        return tuple(each for tuft in each_size for each in ranked(tuft))
 
     key = content_key(model, seed, count, sizes, walks, weather, sha256)
     with steps(count):

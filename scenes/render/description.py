@@ -381,7 +381,7 @@ def _meshes(triangles: Triangles) -> Iterator[tuple[Description, np.ndarray | sl
 
     def mesh(corners: np.ndarray | slice, faces: np.ndarray) -> Description:
         columns = ("vertices", "normals", "colours")
-        arrays = {k: getattr(triangles, k)[corners].astype(np.float32) for k in columns}
+        arrays = {k: getattr(triangles, k)[corners].astype(np.float32, copy=False) for k in columns}
         return {"type": "mesh", **arrays, "faces": faces.astype(np.uint32)}
 
     if not len(triangles.glows):

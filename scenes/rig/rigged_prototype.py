@@ -113,8 +113,9 @@ class RiggedPrototype:
         if meshes is not None:
             joint = self.joint[meshes.vertex_owner]
             at = to_object_frame(origin, turn, joint, meshes.vertices)
+            spine = to_object_frame(origin, turn, joint, meshes.spine)
             ahead = to_object_frame(np.zeros_like(origin), turn, joint, meshes.normals)
-            meshes = replace(meshes, vertices=at, normals=ahead)
+            meshes = replace(meshes, vertices=at, spine=spine, normals=ahead)
         looks = self.tints, self.view_dependence, meshes
         return Prototype(self.name, hierarchy, inner, leaf, *looks)
 

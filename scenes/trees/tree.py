@@ -178,8 +178,8 @@ def swaying(
         ends.append(on)
     of_leaf, meshes = joint[tree.leaf.owner], tree.meshes
     if meshes is not None:
-        from_joint = meshes.vertices - at[joint][meshes.vertex_owner]
-        meshes = replace(meshes, vertices=from_joint)
+        own = at[joint][meshes.vertex_owner]
+        meshes = replace(meshes, vertices=meshes.vertices - own, spine=meshes.spine - own)
     return RiggedPrototype(
         tree.name,
         rig,

@@ -10,7 +10,7 @@ from lod.metric import METRICS
 from lod.pruner import prune, prune_by_level
 from lod.view import View
 from scenes.field.species_field import Species, SpeciesField
-from scenes.grass.sward import BLADES, ROOT_M, swards, tuft_prototypes
+from scenes.grass.sward import BLADES, RANKINGS, ROOT_M, ranked, swards, tuft_prototypes
 from scenes.ground.terrain import Terrain
 from scenes.models.catalogue import model_prototypes
 from scenes.presets.load import load_preset
@@ -47,7 +47,7 @@ def test_a_tuft_owns_blades_and_stems():
 
 def test_blades_are_as_long_as_they_should_be():
     """In sizes from 0.8 to 1.25 they are 3 to 60 cm long, and most longer than 12."""
-    tufts = model_prototypes("sward", 4, SIZES, False)
+    tufts = model_prototypes("sward", 4, SIZES, False)[::RANKINGS]
     lengths = np.concatenate([blade_lengths(t, SIZES[k % 3]) for k, t in enumerate(tufts)])
     assert np.median(lengths) >= 0.12
     assert lengths.min() >= 0.03 - 1e-9 and lengths.max() <= 0.60 + 1e-9
@@ -57,7 +57,7 @@ def test_blades_are_as_long_as_they_should_be():
 def test_presets_have_300_blades_to_the_square_metre_half_of_them_over_12_cm(preset):
     """Every prototype in every size of the preset is equally likely."""
     (sward,) = (e for e in load_preset(preset).species.values() if e.model == "sward")
-    tufts = model_prototypes("sward", sward.prototypes, sward.sizes, False)
+    tufts = model_prototypes("sward", sward.prototypes, sward.sizes, False)[::RANKINGS]
     each = [blade_lengths(t, sward.sizes[k % len(sward.sizes)]) for k, t in enumerate(tufts)]
     assert sward.density * np.mean([len(lengths) for lengths in each]) >= 300
     assert np.median(np.concatenate(each)) >= 0.12
@@ -101,7 +101,8 @@ def test_nothing_hangs_in_the_air_on_a_slope():
 @pytest.mark.parametrize("metric", ["blake", "bounded", "solid_angle"])
 def test_the_law_counts_them(metric):
     """On flat ground, all round, within 4 standard deviations."""
-    tufts, density = tuft_prototypes(0, 2), {"blake": 0.6}.get(metric, 15.0)
+    tufts = tuple(each for tuft in tuft_prototypes(0, 2) for each in ranked(tuft))
+    density = {"blake": 0.6}.get(metric, 15.0)
     camera = camera_from_heading(Corner(0, 0), np.array((0.0, 0.0, 1.7)), 0, 0, 60.0, (160, 90))
     view = View(camera, METRICS[metric], 1.0, look_around=True)
     cut = prune(SpeciesField(Species("sward", tufts, density), 5, FLAT), view)
@@ -110,8 +111,8 @@ def test_the_law_counts_them(metric):
         for tree in (each.hierarchy for each in tufts):
             limits = chained_limits(tree, view.metric, view.m)
             areas = disc_areas(limits, 1.7 - tree.position[:, 2])[rows]
-            mean += expected_count(density / 2, areas)
-            variance += count_variance(density / 2, areas)
+            mean += expected_count(density / len(tufts), areas)
+            variance += count_variance(density / len(tufts), areas)
         assert mean > 300
         assert abs(found - mean) < 4 * np.sqrt(variance)
 
