@@ -7,6 +7,7 @@ import gc
 import math
 import tempfile
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 from weakref import WeakSet
@@ -18,6 +19,7 @@ import numpy as np
 from scenes.render.built_shapes import file_shape, make_shape, stabilise_kernels
 from scenes.render.description import MEDIUM, Description
 from scenes.render.light import load_plugin, sun, surroundings, variant_bands
+from scenes.render.surfaces import Surfaces
 
 
 class PanoramaSensor:
@@ -89,6 +91,11 @@ class BuiltScene:
     ids: np.ndarray
     owners: tuple[np.ndarray, ...]
     medium: Any = None
+
+    @cached_property
+    def surfaces(self) -> Surfaces:
+        """Return what rays meet, in a JIT variant."""
+        return Surfaces(self.scene)
 
     def seen_by(self, camera: Description) -> "BuiltScene":
         """Return the same scene as another camera sees it."""

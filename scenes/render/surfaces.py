@@ -1,0 +1,134 @@
+"""What rays meet in a JIT variant, and what it is like there.
+
+The renderer completes a hit on an instance by calls to every shape there is from within each
+instance, which takes N². Here the shape itself completes it, in its own coordinates, and tables
+give the model that an instance shares, where it stands and how it is turned.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+
+class Met(NamedTuple):
+    """What rays met: nothing where ``si`` is not valid.
+
+    si        the hit in the world's coordinates
+    number    the renderer's number of the shape or of the instance
+    albedo    diffuse reflectance
+    emitted   radiance that the surface itself sends back along the ray
+    reflects  whether that side of the surface reflects light
+    bends_none  whether it lets light through as if it were not there
+    """
+
+    si: Any
+    number: Any
+    albedo: Any
+    emitted: Any
+    reflects: Any
+    bends_none: Any
+
+
+class Surfaces:
+    """The shapes of a scene, and instances that stand at ``place`` (n, 3), turned by ``turn``.
+
+    ``turn`` (n, 2) is cosine and sine about the vertical; instance i is named str(i), and shares
+    the shapes of ``models[model[i]]``.
+    """
+
+    def __init__(
+        self,
+        scene: Any,
+        models: Sequence[Sequence[Any]] = (),
+        model: np.ndarray | None = None,
+        place: np.ndarray | None = None,
+        turn: np.ndarray | None = None,
+    ) -> None:
+        self.scene = scene
+        numbers = np.array(dr.reinterpret_array(mi.UInt32, scene.shapes_dr())).astype(np.int64)
+        count = 0 if model is None else len(model)
+        shapes = scene.shapes()
+        alone = [shape for shape in shapes if shape.class_name() != "Instance"] if count else shapes
+        first = len(alone) + np.cumsum([0, *map(len, models)])
+        self._targets = [_completed(shape) for shape in (*alone, *(s for m in models for s in m))]
+        target = np.zeros(int(numbers.max(initial=0)) + 1, np.uint32)
+        self.instance = np.zeros(len(target), np.uint32)
+        """One more than the row of the instance of each number, 0 of other shapes."""
+        self.is_instanced = count > 0
+        if model is not None and place is not None and turn is not None:
+            rows = [int(s.id()) if s.class_name() == "Instance" else -1 for s in shapes]
+            is_one = np.array(rows) >= 0
+            target[numbers[is_one]] = first[model[np.array(rows)[is_one]]]
+            self.instance[numbers[is_one]] = 1 + np.array(rows)[is_one]
+            numbers = numbers[~is_one]
+            self._row = mi.UInt32(np.maximum(self.instance, 1) - 1)
+            self._place = mi.Float(place.astype(np.float32).reshape(-1))
+            self._turn = mi.Float(turn.astype(np.float32).reshape(-1))
+        target[numbers] = np.arange(len(alone))
+        self._target = mi.UInt32(target)
+
+    def find(self, ray: Any, coherent: bool, active: Any) -> Any:
+        """Find what rays meet first, to be completed where they are ``active``."""
+        return self.scene.ray_intersect_preliminary(ray, coherent=coherent, active=active)
+
+    def hides(self, ray: Any, active: Any) -> Any:
+        """Tell whether rays meet anything."""
+        return self.scene.ray_test(ray, active)
+
+    def complete(self, ray: Any, hit: Any, active: Any) -> Met:
+        """Complete hits of active rays that ``find`` found."""
+        valid = active & hit.is_valid()
+        number = dr.reinterpret_array(mi.UInt32, hit.shape)
+        local = mi.Ray3f(ray)
+        if self.is_instanced:
+            instance = dr.reinterpret_array(mi.UInt32, hit.instance)
+            on_one = valid & (instance > 0)
+            number = dr.select(on_one, instance, number)
+            row = dr.gather(mi.UInt32, self._row, number, on_one)
+            place = dr.gather(mi.Point3f, self._place, row, on_one)
+            turn = dr.gather(mi.Vector2f, self._turn, row, on_one)
+            cos, sin = dr.select(on_one, turn.x, 1.0), turn.y
+            local.o, local.d = (_turned(v, cos, -sin) for v in (ray.o - place, ray.d))
+        target = dr.gather(mi.UInt32, self._target, number, valid)
+        if self.is_instanced:
+            target += dr.select(on_one, hit.shape_index, 0)
+        asked = local.o, local.d, hit.t, hit.prim_index, hit.prim_uv
+        p, n, shading, *about = dr.switch(target, self._targets, *asked, valid)
+        if self.is_instanced:
+            p, n, shading = (_turned(v, cos, sin) for v in (p, n, shading))
+            p += place
+        si = dr.zeros(mi.SurfaceInteraction3f, dr.width(valid))
+        si.t = dr.select(valid, hit.t, dr.inf)
+        si.p, si.n, si.sh_frame = p, n, mi.Frame3f(shading)
+        si.wi, si.time = si.to_local(-ray.d), ray.time
+        si.prim_index, si.shape = hit.prim_index, hit.shape
+        return Met(si, number, *about)
+
+
+def _turned(vector: Any, cos: Any, sin: Any) -> Any:
+    x, y = cos * vector.x - sin * vector.y, sin * vector.x + cos * vector.y
+    return type(vector)(x, y, vector.z)
+
+
+def _completed(shape: Any) -> Callable[..., tuple[Any, ...]]:
+    """A function that completes hits on a shape in its own coordinates."""
+    bsdf, emitter = shape.bsdf(), shape.emitter()
+    both, none = (
+        mi.has_flag(bsdf.flags(), flag) for flag in (mi.BSDFFlags.BackSide, mi.BSDFFlags.Null)
+    )
+
+    def complete(o: Any, d: Any, t: Any, prim: Any, uv: Any, active: Any) -> tuple[Any, ...]:
+        hit = dr.zeros(mi.PreliminaryIntersection3f, dr.width(t))
+        hit.t, hit.prim_index, hit.prim_uv = t, prim, uv
+        ray = mi.Ray3f(o, d)
+        si = shape.compute_surface_interaction(ray, hit, mi.RayFlags.ShadingFrame, active)
+        si.prim_index, si.shape = prim, mi.ShapePtr(shape)
+        si.wi = si.to_local(-d)
+        emitted = emitter.eval(si, active) if emitter else mi.Color3f(0.0)
+        albedo = bsdf.eval_diffuse_reflectance(si, active)
+        return (si.p, si.n, si.sh_frame.n, albedo, emitted, (si.wi.z > 0) | both, mi.Bool(none))
+
+    return complete
