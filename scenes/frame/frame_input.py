@@ -18,6 +18,8 @@ from lod.pruner import BlendWeights, Cut, Moving, Parts, Representation
 from lod.shapes import Appearance, Sticks, SticksAndTriangles
 from lod.update_schedule import DrawnState, apply_state
 from lod.view import View
+from scenes.field.cells import CellSamples
+from scenes.field.species_field import SpeciesField
 from scenes.world.sun_and_sky import Light
 
 
@@ -96,6 +98,13 @@ def display(representation: Representation, cut: Cut, view: View) -> DisplayedRe
     if len(cut) and cut.part.max() >= 2**32:  # longer than a frame's 32 bits: number them in order
         cut = replace(cut, part=np.unique(cut.part, return_inverse=True)[1])
     return DisplayedRepresentation(representation.name, cut, shape, posing=posing)
+
+
+def display_whole(
+    field: SpeciesField, view: View, chosen: CellSamples | None = None
+) -> DisplayedRepresentation:
+    """Display all of a field that stands still, or what is ``chosen`` of it, as copies."""
+    return DisplayedRepresentation(field.name, *field.whole(view, chosen))
 
 
 def _drawn(drawn: DrawnState | None, shape: Appearance) -> Appearance:
@@ -193,6 +202,11 @@ class Quality:
     def is_jit(self) -> bool:
         """Tell whether the variant traces wavefronts of rays with code that it compiles."""
         return not self.variant.startswith("scalar_")
+
+    @property
+    def draws_copies(self) -> bool:
+        """Tell whether copies of a model share its shapes in the renderer (``lod.shapes``)."""
+        return self.is_jit and not self.is_spectral and self.haze == "analytic"
 
     @property
     def is_spectral(self) -> bool:

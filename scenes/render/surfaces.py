@@ -12,6 +12,8 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
+from scenes.render.description import Copies
+
 
 class Met(NamedTuple):
     """What rays met: nothing where ``si`` is not valid.
@@ -33,40 +35,35 @@ class Met(NamedTuple):
 
 
 class Surfaces:
-    """The shapes of a scene, and instances that stand at ``place`` (n, 3), turned by ``turn``.
-
-    ``turn`` (n, 2) is cosine and sine about the vertical; instance i is named str(i), and shares
-    the shapes of ``models[model[i]]``.
-    """
+    """The shapes of a scene, and copies, named by their rows, that share those of ``models``."""
 
     def __init__(
         self,
         scene: Any,
         models: Sequence[Sequence[Any]] = (),
-        model: np.ndarray | None = None,
-        place: np.ndarray | None = None,
-        turn: np.ndarray | None = None,
+        copies: Copies | None = None,
     ) -> None:
         self.scene = scene
         numbers = np.array(dr.reinterpret_array(mi.UInt32, scene.shapes_dr())).astype(np.int64)
-        count = 0 if model is None else len(model)
+        copies = Copies() if copies is None else copies
         shapes = scene.shapes()
-        alone = [shape for shape in shapes if shape.class_name() != "Instance"] if count else shapes
+        alone = [shape for shape in shapes if shape.class_name() != "Instance"] if copies else shapes
         first = len(alone) + np.cumsum([0, *map(len, models)])
         self._targets = [_completed(shape) for shape in (*alone, *(s for m in models for s in m))]
         target = np.zeros(int(numbers.max(initial=0)) + 1, np.uint32)
         self.instance = np.zeros(len(target), np.uint32)
         """One more than the row of the instance of each number, 0 of other shapes."""
-        self.is_instanced = count > 0
-        if model is not None and place is not None and turn is not None:
-            rows = [int(s.id()) if s.class_name() == "Instance" else -1 for s in shapes]
-            is_one = np.array(rows) >= 0
-            target[numbers[is_one]] = first[model[np.array(rows)[is_one]]]
-            self.instance[numbers[is_one]] = 1 + np.array(rows)[is_one]
-            numbers = numbers[~is_one]
+        self.is_instanced = bool(copies)
+        if copies:
+            ids = [int(s.id()) if s.class_name() == "Instance" else -1 for s in shapes]
+            rows = np.array(ids)
+            one = rows >= 0
+            target[numbers[one]] = first[copies.which[rows[one]]]
+            self.instance[numbers[one]] = 1 + rows[one]
+            numbers = numbers[~one]
             self._row = mi.UInt32(np.maximum(self.instance, 1) - 1)
-            self._place = mi.Float(place.astype(np.float32).reshape(-1))
-            self._turn = mi.Float(turn.astype(np.float32).reshape(-1))
+            self._place = mi.Float(copies.place.astype(np.float32).reshape(-1))
+            self._turn = mi.Float(copies.turn.astype(np.float32).reshape(-1))
         target[numbers] = np.arange(len(alone))
         self._target = mi.UInt32(target)
 
