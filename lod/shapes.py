@@ -340,7 +340,7 @@ class Instanced(ArrayData):
     turn         (n, 2) cosine and sine of its angle, counter-clockwise from above
     """
 
-    shape: Sticks | SticksAndTriangles
+    shape: "Appearance"
     model: IntArray
     part: IntArray
     level: IntArray
@@ -355,11 +355,11 @@ class Instanced(ArrayData):
         return int(each[self.which].sum())
 
 
-Appearance = Sticks | Triangles | SticksAndTriangles | Instanced
+Appearance = Sticks | Triangles | SticksAndTriangles
 """What a representation gives for the displayed parts."""
 
 
-def batches_of(shape: Appearance) -> tuple[Sticks | Triangles, ...]:
+def batches_of(shape: Appearance | Instanced) -> tuple[Sticks | Triangles, ...]:
     """Return the one or two batched shapes of an appearance; of copies, those of their models."""
     if isinstance(shape, Instanced):
         return batches_of(shape.shape)

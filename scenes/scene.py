@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import cache, partial
-from typing import TYPE_CHECKING, TypeGuard
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from lod.camera import GRID_M, Camera, Corner
 from lod.errors import InputError
 from lod.eye import Display, Eye
 from lod.motion import ShutterInterval, eye_relative_to, integration_time_s, subframe_offsets
-from lod.pruner import Cut, Representation, prune
+from lod.pruner import Cut, prune
 from lod.shapes import Sticks
 from lod.update_schedule import (
     DrawnState,
@@ -32,7 +32,6 @@ from lod.view import View
 from lod.viewing import Defocus, ViewingConditions, blur_widths
 from scenes.actors.performance import Performance
 from scenes.field.far_cover import turbid_canopy
-from scenes.field.species_field import SpeciesField
 from scenes.frame.frame_input import (
     DisplayedRepresentation,
     FrameInput,
@@ -40,6 +39,7 @@ from scenes.frame.frame_input import (
     Window,
     display,
     display_whole,
+    is_still_whole,
 )
 from scenes.models.catalogue import PROTOTYPE_SEED
 from scenes.plugins import metric_by_name
@@ -210,7 +210,7 @@ class Scene:
         with work("fitting brightness", len(self.world.representations)):
             for each in self.world.representations:
                 start = pruned = time.perf_counter()
-                if quality.draws_copies and _is_whole(each, view):
+                if quality.draws_copies and is_still_whole(each, view):
                     one = display_whole(each, view)
                 else:
                     cut = prune(each, view)
@@ -291,12 +291,6 @@ class Scene:
         from scenes.render.render import render_frame
 
         return render_frame(self.input(frame, variant), frame)
-
-
-def _is_whole(representation: Representation, view: View) -> TypeGuard[SpeciesField]:
-    """Tell whether a field shows every part, and none of it moves."""
-    still = isinstance(representation, SpeciesField) and not representation.moves
-    return still and not view.metric.finite and not view.metric.along_axis
 
 
 def is_scheduled(displayed: DisplayedRepresentation, later_s: float) -> bool:

@@ -62,7 +62,7 @@ from scenes.processes.memory_limit import memory_limit
 from scenes.render.memory import forecast, frame_bytes
 from scenes.render.pictures import auto_exposure, to_srgb
 from scenes.render.variants import choose
-from scenes.scene import Scene
+from scenes.scene import Scene, frame_quality
 
 TIMED = 3
 """Settings of each method that are timed: those next to equal error."""
@@ -160,7 +160,8 @@ def estimated_bytes(method: Method, setting: float, scene: Scene, variant: str) 
     if method.widest is None:
         return 0
     view = scene.view(1)
-    found = forecast(scene.world, view, method.widest(view, setting))
+    copies = frame_quality(scene.preset, variant).draws_copies
+    found = forecast(scene.world, view, method.widest(view, setting), copies)
     return frame_bytes(found, scene.preset, variant) + round(_KEPT_STICK * found.sticks)
 
 

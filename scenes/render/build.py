@@ -22,7 +22,7 @@ from scenes.render.built_shapes import (
     reach_of,
     stabilise_kernels,
 )
-from scenes.render.description import MEDIUM, Description, Copies
+from scenes.render.description import MEDIUM, Copies, Description
 from scenes.render.light import load_plugin, sun, surroundings, variant_bands
 from scenes.render.surfaces import Surfaces
 
@@ -116,9 +116,9 @@ class BuiltScene:
             return self.ids[row]
         copy = self.surfaces.instance[shape.astype(np.int64)].astype(np.int64) - 1
         hit = copy >= 0
-        owners = [np.concatenate([own for _, own in m] or [row[:0]]) for m in self.copies.models]
-        first = np.cumsum([0, *map(len, owners)])[self.copies.which[copy[hit]]]
-        row[hit] = np.concatenate(owners)[first + prim[hit].astype(np.int64)]
+        own = [np.concatenate([own for _, own in m] or [row[:0]]) for m in self.copies.models]
+        first = np.cumsum([0, *map(len, own)])[self.copies.which[copy[hit]]]
+        row[hit] = np.concatenate(own)[first + prim[hit].astype(np.int64)]
         found = self.ids[row]
         found[hit, 0] = self.copies.object[copy[hit]]
         return found

@@ -9,7 +9,7 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from scenes.render.description import ALIGNMENT, Description, Copies, aligned
+from scenes.render.description import ALIGNMENT, Copies, Description, aligned
 from scenes.render.light import load_plugin, variant_bands
 
 
@@ -64,7 +64,15 @@ def instance_plugins(copies: Copies, models: Sequence[Sequence[Any]]) -> Descrip
     places[:, 0, 0], places[:, 0, 1], places[:, 1, 0], places[:, 1, 1] = cos, -sin, sin, cos
     places[:, :3, 3] = copies.place
     return named | {
-        str(row): {"type": "instance", "to_world": mi.ScalarTransform4f(place), "of": groups[of]}
+        # One by one: the plans of many at once take as much memory as they themselves.
+        str(row): load_plugin(
+            {
+                "type": "instance",
+                "id": str(row),
+                "to_world": mi.ScalarTransform4f(place.tolist()),
+                "of": groups[of],
+            }
+        )
         for row, (place, of) in enumerate(zip(places, copies.which.tolist(), strict=True))
     }
 

@@ -19,7 +19,8 @@ class Met(NamedTuple):
     """What rays met: nothing where ``si`` is not valid.
 
     si        the hit in the world's coordinates
-    number    the renderer's number of the shape or of the instance
+    number    the renderer's number of the shape or of the instance, whose model's primitives are
+              numbered shape after shape
     albedo    diffuse reflectance
     emitted   radiance that the surface itself sends back along the ray
     reflects  whether that side of the surface reflects light
@@ -47,7 +48,7 @@ class Surfaces:
         numbers = np.array(dr.reinterpret_array(mi.UInt32, scene.shapes_dr())).astype(np.int64)
         copies = Copies() if copies is None else copies
         shapes = scene.shapes()
-        alone = [shape for shape in shapes if shape.class_name() != "Instance"] if copies else shapes
+        alone = [each for each in shapes if not copies or each.class_name() != "Instance"]
         first = len(alone) + np.cumsum([0, *map(len, models)])
         self._targets = [_completed(shape) for shape in (*alone, *(s for m in models for s in m))]
         target = np.zeros(int(numbers.max(initial=0)) + 1, np.uint32)
@@ -64,6 +65,8 @@ class Surfaces:
             self._row = mi.UInt32(np.maximum(self.instance, 1) - 1)
             self._place = mi.Float(copies.place.astype(np.float32).reshape(-1))
             self._turn = mi.Float(copies.turn.astype(np.float32).reshape(-1))
+            before = [np.cumsum([0, *(len(own) for _, own in m)])[:-1] for m in copies.models]
+            self._first_prim = mi.UInt32(np.concatenate([np.zeros(len(alone)), *before]))
         target[numbers] = np.arange(len(alone))
         self._target = mi.UInt32(target)
 
@@ -78,10 +81,10 @@ class Surfaces:
     def complete(self, ray: Any, hit: Any, active: Any) -> Met:
         """Complete hits of active rays that ``find`` found."""
         valid = active & hit.is_valid()
-        number = dr.reinterpret_array(mi.UInt32, hit.shape)
-        local = mi.Ray3f(ray)
+        number: Any = dr.reinterpret_array(mi.UInt32, hit.shape)
+        local, prim = mi.Ray3f(ray), mi.UInt32(hit.prim_index)
         if self.is_instanced:
-            instance = dr.reinterpret_array(mi.UInt32, hit.instance)
+            instance: Any = dr.reinterpret_array(mi.UInt32, hit.instance)
             on_one = valid & (instance > 0)
             number = dr.select(on_one, instance, number)
             row = dr.gather(mi.UInt32, self._row, number, on_one)
@@ -92,6 +95,7 @@ class Surfaces:
         target = dr.gather(mi.UInt32, self._target, number, valid)
         if self.is_instanced:
             target += dr.select(on_one, hit.shape_index, 0)
+            prim += dr.gather(mi.UInt32, self._first_prim, target, valid)
         asked = local.o, local.d, hit.t, hit.prim_index, hit.prim_uv
         p, n, shading, *about = dr.switch(target, self._targets, *asked, valid)
         if self.is_instanced:
@@ -101,7 +105,7 @@ class Surfaces:
         si.t = dr.select(valid, hit.t, dr.inf)
         si.p, si.n, si.sh_frame = p, n, mi.Frame3f(shading)
         si.wi, si.time = si.to_local(-ray.d), ray.time
-        si.prim_index, si.shape = hit.prim_index, hit.shape
+        si.prim_index, si.shape = prim, hit.shape
         return Met(si, number, *about)
 
 
