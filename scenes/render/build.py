@@ -116,9 +116,7 @@ class BuiltScene:
             return self.ids[row]
         copy = self.surfaces.instance[shape.astype(np.int64)].astype(np.int64) - 1
         hit = copy >= 0
-        own = [np.concatenate([own for _, own in m] or [row[:0]]) for m in self.copies.models]
-        first = np.cumsum([0, *map(len, own)])[self.copies.which[copy[hit]]]
-        row[hit] = np.concatenate(own)[first + prim[hit].astype(np.int64)]
+        row[hit] = self.surfaces.owners[prim[hit].astype(np.int64)]
         found = self.ids[row]
         found[hit, 0] = self.copies.object[copy[hit]]
         return found
@@ -151,6 +149,8 @@ def build_scene(description: Description) -> BuiltScene:
         stub = Path(folder) / "stub.txt"
         stub.write_text("0 0 0 1\n0 0 1 1\n")
         models = [[make_shape("model", s, stub) for s, _ in own] for own in copies.models]
+        shapes_of_all, *known = copies.joined()
+        joined = [make_shape("models", each, stub) for each in shapes_of_all], *known
         left = stabilise_kernels(shapes, reach_of(copies))
         del shapes
         for name in list(left):
@@ -166,7 +166,7 @@ def build_scene(description: Description) -> BuiltScene:
         numbers = np.array(dr.reinterpret_array(mi.UInt32, scene.shapes_dr())).tolist()
         found = dict(zip(numbers, [shape.id() for shape in scene.shapes()], strict=True))
         names = [found.get(number, "") for number in range(max(found) + 1)]
-        surfaces = Surfaces(scene, models, copies)
+        surfaces = Surfaces(scene, copies, joined)
     owned = tuple(owners.get(name, np.zeros(0, np.uint32)) for name in names)
     kept, integrators = {**description, "shapes": moving}, _integrators(description)
     known = scene, kept, integrators, tuple(names), ids, owned, medium

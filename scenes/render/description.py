@@ -319,6 +319,34 @@ class Copies:
                 made += [(_curve(b, False), b.owners) for b in batches([one], by_tint=False)]
             self.models.append([each for each in made if len(each[1])])
 
+    def joined(self) -> tuple[list[Description], np.ndarray, np.ndarray]:
+        """Join the shapes of all models: into one of sticks and one of triangles, or fewer.
+
+        Gives those; of each model's shapes, model by model, which of them has its primitives, where
+        they begin there, and where among all, (k, 3); and the owners of all.
+        """
+        every = [each for model in self.models for each in model]
+        kinds = sorted({shape["type"] for shape, _ in every})
+        where, shapes, owners = np.zeros((len(every), 3), np.int64), [], [np.zeros(0, np.uint32)]
+        for number, kind in enumerate(kinds):
+            rows = [row for row, (shape, _) in enumerate(every) if shape["type"] == kind]
+            own = [every[row][0] for row in rows]
+            points, index = ("vertices", "faces")
+            if kind == "linearcurve":
+                points, index = ("control_points", "segment_indices")
+            shifted = {index: points, "tint": "tints"}
+            names = [name for name in own[0] if name != "type"]
+            columns = {name: [shape[name] for shape in own] for name in names}
+            for name in shifted.keys() & columns.keys():
+                shift = np.cumsum([0, *map(len, columns[shifted[name]])], dtype=np.uint32)
+                columns[name] = [c + s for c, s in zip(columns[name], shift[:-1], strict=True)]
+            shapes.append({"type": kind, **{k: np.concatenate(c) for k, c in columns.items()}})
+            where[rows, 0] = number
+            where[rows, 1] = np.cumsum([0, *(len(shape[index]) for shape in own)])[:-1]
+            where[rows, 2] = where[rows, 1] + sum(map(len, owners))
+            owners += [every[row][1] for row in rows]
+        return shapes, where, np.concatenate(owners)
+
 
 NEAR_M, FAR_M = 0.05, 1e7
 """What the camera sees: from 5 cm to farther than any ground that is built."""

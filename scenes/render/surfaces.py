@@ -19,8 +19,8 @@ class Met(NamedTuple):
     """What rays met: nothing where ``si`` is not valid.
 
     si        the hit in the world's coordinates
-    number    the renderer's number of the shape or of the instance, whose model's primitives are
-              numbered shape after shape
+    number    the renderer's number of the shape or of the copy; primitives of all models are
+              numbered together
     albedo    diffuse reflectance
     emitted   radiance that the surface itself sends back along the ray
     reflects  whether that side of the surface reflects light
@@ -39,36 +39,34 @@ class Surfaces:
     """The shapes of a scene, and copies, named by their rows, that share those of ``models``."""
 
     def __init__(
-        self,
-        scene: Any,
-        models: Sequence[Sequence[Any]] = (),
-        copies: Copies | None = None,
+        self, scene: Any, copies: Copies | None = None, joined: Sequence[Any] = ((), None, None)
     ) -> None:
         self.scene = scene
-        numbers = np.array(dr.reinterpret_array(mi.UInt32, scene.shapes_dr())).astype(np.int64)
-        copies = Copies() if copies is None else copies
+        self._copied, where, self.owners = joined
         shapes = scene.shapes()
-        alone = [each for each in shapes if not copies or each.class_name() != "Instance"]
-        first = len(alone) + np.cumsum([0, *map(len, models)])
-        self._targets = [_completed(shape) for shape in (*alone, *(s for m in models for s in m))]
+        numbers = np.array(dr.reinterpret_array(mi.UInt32, scene.shapes_dr())).astype(np.int64)
         target = np.zeros(int(numbers.max(initial=0)) + 1, np.uint32)
         self.instance = np.zeros(len(target), np.uint32)
-        """One more than the row of the instance of each number, 0 of other shapes."""
-        self.is_instanced = bool(copies)
+        """One more than the row of the copy of each number, 0 of other shapes."""
         if copies:
             ids = [int(s.id()) if s.class_name() == "Instance" else -1 for s in shapes]
             rows = np.array(ids)
             one = rows >= 0
+            # Of a copy the first of its model's shapes in ``where``.
+            first = np.cumsum([0, *map(len, copies.models)])
             target[numbers[one]] = first[copies.which[rows[one]]]
             self.instance[numbers[one]] = 1 + rows[one]
-            numbers = numbers[~one]
+            numbers, shapes = (
+                numbers[~one],
+                [s for s, is_one in zip(shapes, one, strict=True) if not is_one],
+            )
             self._row = mi.UInt32(np.maximum(self.instance, 1) - 1)
             self._place = mi.Float(copies.place.astype(np.float32).reshape(-1))
             self._turn = mi.Float(copies.turn.astype(np.float32).reshape(-1))
-            before = [np.cumsum([0, *(len(own) for _, own in m)])[:-1] for m in copies.models]
-            self._first_prim = mi.UInt32(np.concatenate([np.zeros(len(alone)), *before]))
-        target[numbers] = np.arange(len(alone))
-        self._target = mi.UInt32(target)
+            self._joined, self._first, self._first_of_all = map(mi.UInt32, where.T.copy())
+        target[numbers] = np.arange(len(shapes))
+        self._target, self._alone = mi.UInt32(target), len(shapes)
+        self._targets = [_completed(shape) for shape in (*shapes, *self._copied)]
 
     def find(self, ray: Any, coherent: bool, active: Any) -> Any:
         """Find what rays meet first, to be completed where they are ``active``."""
@@ -82,8 +80,8 @@ class Surfaces:
         """Complete hits of active rays that ``find`` found."""
         valid = active & hit.is_valid()
         number: Any = dr.reinterpret_array(mi.UInt32, hit.shape)
-        local, prim = mi.Ray3f(ray), mi.UInt32(hit.prim_index)
-        if self.is_instanced:
+        local, prim, own = mi.Ray3f(ray), mi.UInt32(hit.prim_index), mi.UInt32(hit.prim_index)
+        if self._copied:
             instance: Any = dr.reinterpret_array(mi.UInt32, hit.instance)
             on_one = valid & (instance > 0)
             number = dr.select(on_one, instance, number)
@@ -93,12 +91,14 @@ class Surfaces:
             cos, sin = dr.select(on_one, turn.x, 1.0), turn.y
             local.o, local.d = (_turned(v, cos, -sin) for v in (ray.o - place, ray.d))
         target = dr.gather(mi.UInt32, self._target, number, valid)
-        if self.is_instanced:
-            target += dr.select(on_one, hit.shape_index, 0)
-            prim += dr.gather(mi.UInt32, self._first_prim, target, valid)
-        asked = local.o, local.d, hit.t, hit.prim_index, hit.prim_uv
+        if self._copied:
+            shape = target + hit.shape_index
+            target[on_one] = self._alone + dr.gather(mi.UInt32, self._joined, shape, on_one)
+            own += dr.gather(mi.UInt32, self._first, shape, on_one)
+            prim += dr.gather(mi.UInt32, self._first_of_all, shape, on_one)
+        asked = local.o, local.d, hit.t, own, hit.prim_uv
         p, n, shading, *about = dr.switch(target, self._targets, *asked, valid)
-        if self.is_instanced:
+        if self._copied:
             p, n, shading = (_turned(v, cos, sin) for v in (p, n, shading))
             p += place
         si = dr.zeros(mi.SurfaceInteraction3f, dr.width(valid))
