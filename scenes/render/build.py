@@ -149,8 +149,8 @@ def build_scene(description: Description) -> BuiltScene:
         stub = Path(folder) / "stub.txt"
         stub.write_text("0 0 0 1\n0 0 1 1\n")
         models = [[make_shape("model", s, stub) for s, _ in own] for own in copies.models]
-        shapes_of_all, *known = copies.joined()
-        joined = [make_shape("models", each, stub) for each in shapes_of_all], *known
+        shapes_of_all, where, of_all = copies.joined()
+        joined = [make_shape("models", each, stub) for each in shapes_of_all], where, of_all
         left = stabilise_kernels(shapes, reach_of(copies))
         del shapes
         for name in list(left):

@@ -56,10 +56,7 @@ class Surfaces:
             first = np.cumsum([0, *map(len, copies.models)])
             target[numbers[one]] = first[copies.which[rows[one]]]
             self.instance[numbers[one]] = 1 + rows[one]
-            numbers, shapes = (
-                numbers[~one],
-                [s for s, is_one in zip(shapes, one, strict=True) if not is_one],
-            )
+            numbers, shapes = numbers[~one], [shapes[k] for k in np.flatnonzero(~one)]
             self._row = mi.UInt32(np.maximum(self.instance, 1) - 1)
             self._place = mi.Float(copies.place.astype(np.float32).reshape(-1))
             self._turn = mi.Float(copies.turn.astype(np.float32).reshape(-1))

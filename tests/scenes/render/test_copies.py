@@ -22,10 +22,10 @@ pytestmark = pytest.mark.skipif(
 
 
 def scene(name, objects, *more):
-    more = "species.sward.density=0", "view.metric=full", *more
+    more = "species.sward.density=0", *more
     density = sum(each.density for each in load_preset(name, more).species.values())
     side = math.sqrt(objects / density)
-    keys = [f"world.extent={side!r}", f"terrain.reach={side!r}", *more]
+    keys = [f"world.extent={side!r}", f"terrain.reach={side!r}", "view.metric=full", *more]
     return Scene(load_preset(name, ["render.size=96x54", "render.spp=4", *keys]))
 
 
@@ -47,7 +47,7 @@ def assert_same_picture(copied, flat, differ=0.003):
 @pytest.mark.parametrize("method", ["full", "in_view"])
 def test_a_whole_world_looks_the_same_as_copies_and_flat(method, monkeypatch):
     """Same samples: hits, normals, guides and ids, in a world on hills."""
-    here, pictures = scene("meadow", 40), []
+    here, pictures = scene("meadow", 40, "species.figure.density=0"), []
     for shared in (True, False):
         monkeypatch.setattr(Quality, "draws_copies", property(lambda quality, _s=shared: _s))
         made = METHODS[method].prepare(here, 0.0)(1, variants.JIT_VARIANT)
@@ -55,8 +55,8 @@ def test_a_whole_world_looks_the_same_as_copies_and_flat(method, monkeypatch):
         made = replace(made, quality=replace(made.quality, coverage=True))
         pictures.append(render_frame(made, 1))
     copied, flat = pictures
-    assert copied.statistics["copies"] > 10
-    assert len(np.unique(flat.object)) > 10
+    assert copied.statistics["copies"] > 5
+    assert len(np.unique(flat.object)) > 5
     assert_same_picture(copied, flat)
     shares = [np.bincount(p.coverage.object, p.coverage.share) for p in pictures]
     np.testing.assert_allclose(*shares, atol=0.01 * shares[1].sum())
@@ -151,12 +151,12 @@ def test_sticks_and_meshes_of_one_model_are_told_apart(make):
 
 def test_forecasts_count_the_sticks_of_prototypes_once():
     """And so little memory is estimated that a world of 10⁵ objects fits where it did not."""
-    here = scene("meadow", 100_000)
+    here = scene("meadow", 100_000, "species.figure.density=0")
     view = here.view(1)
     flat, shared = (forecast(here.world, view, copies=copies) for copies in (False, True))
     assert shared.copies == pytest.approx(100_000, rel=0.05)
     assert shared.sticks < flat.sticks / 100
-    made = scene("meadow", 300).input(1, variants.JIT_VARIANT)
+    made = scene("meadow", 300, "species.figure.density=0").input(1, variants.JIT_VARIANT)
     assert predicted_bytes(made) < 1.2e9
 
 
