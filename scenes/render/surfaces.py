@@ -87,7 +87,7 @@ class Surfaces:
             turn = dr.gather(mi.Vector2f, self._turn, row, on_one)
             cos, sin = dr.select(on_one, turn.x, 1.0), turn.y
             local.o, local.d = (_turned(v, cos, -sin) for v in (ray.o - place, ray.d))
-        target = dr.gather(mi.UInt32, self._target, number, valid)
+        target: Any = dr.gather(mi.UInt32, self._target, number, valid)
         if self._copied:
             shape = target + hit.shape_index
             target[on_one] = self._alone + dr.gather(mi.UInt32, self._joined, shape, on_one)
