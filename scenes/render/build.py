@@ -114,7 +114,7 @@ class BuiltScene:
                 row[hit] = owners[prim[hit].astype(np.int64)]
         if not len(self.copies):
             return self.ids[row]
-        copy = self.surfaces.instance[shape.astype(np.int64)].astype(np.int64) - 1
+        copy = self.surfaces.copy[shape.astype(np.int64)]
         hit = copy >= 0
         row[hit] = self.surfaces.owners[prim[hit].astype(np.int64)]
         found = self.ids[row]

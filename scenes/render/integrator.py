@@ -24,7 +24,7 @@ def trace_guides(built: BuiltScene, ray: Any, traced: Any) -> tuple[list[Any], t
     Gives an array for each channel of build.GUIDES, 0 where nothing is met; and the hit itself,
     found and completed. Of a box that bends no light nothing is said.
     """
-    hit = built.surfaces.find(ray, True, traced)
+    hit = built.scene.ray_intersect_preliminary(ray, coherent=True, active=traced)
     first = built.surfaces.complete(ray, hit, traced)
     si = first.si
     met = si.is_valid() & ~first.bends_none
@@ -47,8 +47,10 @@ def trace_paths(built: BuiltScene, sampler: Any, ray: Any, traced: Any) -> tuple
     if built.medium:
         light, _, _ = built.integrators["medium"].sample(scene, sampler, ray, built.medium, traced)
         return light, guides
-    lights = _Lights(surfaces)
-    light = dr.select(si.is_valid(), first.emitted, 0.0)
+    lights = _Lights(scene, surfaces)
+    light = mi.Color3f(0.0)
+    if lights.surfaces:
+        light = dr.select(si.is_valid(), first.emitted, light)
     # What is left of a path where it meets the sky, and its direction there: it meets it once.
     at_sky = mi.Color3f(dr.select(traced & ~si.is_valid(), 1.0, 0.0)), mi.Vector3f(ray.d)
     ray, left, edge = mi.Ray3f(ray), mi.Color3f(1.0), mi.UInt32(1)
@@ -64,9 +66,9 @@ def trace_paths(built: BuiltScene, sampler: Any, ray: Any, traced: Any) -> tuple
         ray = si.spawn_ray(si.sh_frame.to_world(mi.Vector3f(local.x, local.y, local.z * side)))
         if last and not lights.surfaces:
             active &= ray.d.z > 0
-            met = surfaces.hides(ray, active)
+            met = scene.ray_test(ray, active)
         else:
-            hit = surfaces.find(ray, False, active)
+            hit = scene.ray_intersect_preliminary(ray, coherent=False, active=active)
             met = hit.is_valid()
             light += left * lights.met(si, ray, hit, local.z * dr.inv_pi, active & met)
         share = dr.select(active & ~met, left, share)
@@ -92,8 +94,8 @@ def trace_paths(built: BuiltScene, sampler: Any, ray: Any, traced: Any) -> tuple
 class _Lights:
     """The lights of a scene but for its sky: the sun, and surfaces, sampled with equal chances."""
 
-    def __init__(self, surfaces: Surfaces) -> None:
-        self._shapes, self._scene = surfaces, (scene := surfaces.scene)
+    def __init__(self, scene: Any, surfaces: Surfaces) -> None:
+        self._scene, self._shapes = scene, surfaces
         names = [each.id() for each in scene.emitters()]
         self._sun = scene.emitters()[names.index("sun")]
         self.surfaces = [row for row, name in enumerate(names) if name not in ("sky", "sun")]
@@ -131,7 +133,7 @@ class _Lights:
         """cos θ / π of a direction in which a light is seen, 0 of another."""
         cosine = dr.dot(si.sh_frame.n, direction) * side
         active = active & (cosine > 0)
-        return dr.select(active & ~self._shapes.hides(ray, active), cosine * dr.inv_pi, 0.0)
+        return dr.select(active & ~self._scene.ray_test(ray, active), cosine * dr.inv_pi, 0.0)
 
 
 def _power(own: Any, other: Any) -> Any:

@@ -64,7 +64,7 @@ def test_a_whole_field_looks_the_same_as_copies_and_flat(make):
     view = View(camera, METRICS["full"])
     pictures = []
     for one in (display_whole(field, view), display(field, prune(field, view), view)):
-        quality = make.quality(variants.JIT_VARIANT, 16, coverage=True)
+        quality = replace(make.quality(variants.JIT_VARIANT, 16), coverage=True)
         made = FrameInput(camera, (one, make.ground()), make.clear, make.light, quality)
         pictures.append(render_frame(made, 1))
     copied, flat = pictures
