@@ -125,7 +125,7 @@ def move_camera(
 def _statistics(description: Description) -> dict[str, int]:
     shapes, box = list(description["shapes"].values()), description.get(MEDIUM, {})
     copies = description["copies"]
-    shapes += [shape for model in copies.models for shape, _ in model]
+    shapes += [shape for model in copies.models for shape, _ in model]  # each but once
     return {
         **({"copies": len(copies)} if len(copies) else {}),
         **{f"medium_{end}_m": round(box[end]) for end in ("bottom", "top") if end in box},
