@@ -528,8 +528,8 @@ EXPERIMENT = Experiment(
     whole_cases=True,
     caveats=(
         "Level ground without grass, as trees and people are compared; own models, one sun, one "
-        "renderer but for Cycles. Of `full` and `in_view` copies of still objects share the sticks of "
-        "their prototypes; what walks or sways shares none.",
+        "renderer but for Cycles. In `full` and `in_view` copies of still objects share the sticks "
+        "of their prototypes; what walks or sways shares none.",
         "`full` is built once where nothing moves: its seconds there are those of a later frame.",
         "A ray-tracing level of detail (Yoon et al. 2006) stops at a node of the acceleration "
         "structure; Mitsuba's, from Embree and OptiX, cannot be stopped, and one of our own would "
