@@ -373,12 +373,41 @@ class SticksAndTriangles:
         return len(self.sticks) + len(self.triangles)
 
 
+@dataclass(frozen=True, eq=False)
+class Instanced(ArrayData):
+    """Rigid copies of whole models: placed, and turned about the vertical.
+
+    shape        appearance of all models, each in its own frame; owners are rows of the parts
+    model        (m,) which model each part belongs to
+    part, level  (m,) what else is known of the parts
+    which        (n,) model of each copy
+    place        (n, 3) where it stands, in the frame's coordinates [m]
+    turn         (n, 2) cosine and sine of its angle, counter-clockwise from above
+    """
+
+    shape: "Appearance"
+    model: IntArray
+    part: IntArray
+    level: IntArray
+    which: IntArray
+    place: FloatArray
+    turn: FloatArray
+
+    def __len__(self) -> int:
+        """Return the number of sticks and triangles of all copies together."""
+        owner = np.concatenate([each.owner for each in batches_of(self.shape)])
+        each = np.bincount(self.model[owner], minlength=int(self.which.max(initial=0)) + 1)
+        return int(each[self.which].sum())
+
+
 Appearance = Sticks | Triangles | SticksAndTriangles
 """What a representation gives for the displayed parts."""
 
 
-def batches_of(shape: Appearance) -> tuple[Sticks | Triangles, ...]:
-    """Return the one or two batched shapes of an appearance."""
+def batches_of(shape: Appearance | Instanced) -> tuple[Sticks | Triangles, ...]:
+    """Return the one or two batched shapes of an appearance; of copies, those of their models."""
+    if isinstance(shape, Instanced):
+        return batches_of(shape.shape)
     if isinstance(shape, SticksAndTriangles):
         return shape.sticks, shape.triangles
     return (shape,)

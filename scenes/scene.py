@@ -32,7 +32,15 @@ from lod.view import View
 from lod.viewing import Defocus, ViewingConditions, blur_widths
 from scenes.actors.performance import Performance
 from scenes.field.far_cover import turbid_canopy
-from scenes.frame.frame_input import DisplayedRepresentation, FrameInput, Quality, Window, display
+from scenes.frame.frame_input import (
+    DisplayedRepresentation,
+    FrameInput,
+    Quality,
+    Window,
+    display,
+    display_whole,
+    is_still_whole,
+)
 from scenes.models.catalogue import PROTOTYPE_SEED
 from scenes.plugins import metric_by_name
 from scenes.presets.load import load_preset
@@ -196,16 +204,19 @@ class Scene:
             from scenes.render.variants import choose
 
             variant = choose(self.preset.render.variant, self.preset.render.spectral)
-        view, displayed = self.view(frame), []
+        view, displayed, quality = self.view(frame), [], frame_quality(self.preset, variant)
         after = self.view(frame + 1) if self.preset.output.motion else None
         seconds = {"prune": 0.0, "appearance": 0.0}
         with work("fitting brightness", len(self.world.representations)):
             for each in self.world.representations:
-                start = time.perf_counter()
-                cut = prune(each, view)
-                pruned = time.perf_counter()
-                with steps(1):
-                    one = self.scheduled(frame, display(each, cut, view))
+                start = pruned = time.perf_counter()
+                if quality.draws_copies and is_still_whole(each, view):
+                    one = display_whole(each, view)
+                else:
+                    cut = prune(each, view)
+                    pruned = time.perf_counter()
+                    with steps(1):
+                        one = self.scheduled(frame, display(each, cut, view))
                 displayed.append(one.at(view.time_s, after.time_s) if after else one)
                 seconds["prune"] += pruned - start
                 seconds["appearance"] += time.perf_counter() - pruned
@@ -214,7 +225,7 @@ class Scene:
             displayed=tuple(displayed),
             air=self.air,
             light=self.light,
-            quality=frame_quality(self.preset, variant),
+            quality=quality,
             after=after.camera if after else None,
             denoise=self.preset.output.denoise,
             seconds=seconds,

@@ -62,7 +62,7 @@ from scenes.processes.memory_limit import memory_limit
 from scenes.render.memory import forecast, frame_bytes
 from scenes.render.pictures import auto_exposure, to_srgb
 from scenes.render.variants import choose
-from scenes.scene import Scene
+from scenes.scene import Scene, frame_quality
 
 TIMED = 3
 """Settings of each method that are timed: those next to equal error."""
@@ -160,7 +160,8 @@ def estimated_bytes(method: Method, setting: float, scene: Scene, variant: str) 
     if method.widest is None:
         return 0
     view = scene.view(1)
-    found = forecast(scene.world, view, method.widest(view, setting))
+    copies = frame_quality(scene.preset, variant).draws_copies
+    found = forecast(scene.world, view, method.widest(view, setting), copies)
     return frame_bytes(found, scene.preset, variant) + round(_KEPT_STICK * found.sticks)
 
 
@@ -562,8 +563,8 @@ EXPERIMENT = Experiment(
     whole_cases=True,
     caveats=(
         "Level ground without grass, as trees and people are compared; own models, one sun, one "
-        "renderer but for Cycles. A renderer that instances would hold a still world of few "
-        "prototypes in far less memory than `full` does here.",
+        "renderer but for Cycles. In `full` and `in_view` copies of still objects share the sticks "
+        "of their prototypes; what walks or sways shares none.",
         "`full` is built once where nothing moves: its seconds there are those of a later frame.",
         "A ray-tracing level of detail (Yoon et al. 2006) stops at a node of the acceleration "
         "structure; Mitsuba's, from Embree and OptiX, cannot be stopped, and one of our own would "

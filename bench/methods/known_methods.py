@@ -5,6 +5,7 @@ A package names its methods (``bench.methods.method.Method``) in the entry-point
 """
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -16,9 +17,15 @@ from lod.metric import METRICS, Metric, full
 from lod.view import View, in_view
 from scenes.field.cells import candidates
 from scenes.field.species_field import SpeciesField
-from scenes.frame.frame_input import DisplayedRepresentation, FrameInput, display
+from scenes.frame.frame_input import (
+    DisplayedRepresentation,
+    FrameInput,
+    display,
+    display_whole,
+    is_still_whole,
+)
 from scenes.plugins import installed, load_entry
-from scenes.scene import Scene
+from scenes.scene import Scene, frame_quality
 
 GROUP = "lodbench.arms"
 
@@ -80,7 +87,7 @@ def _culled_out_of_view(view: View, setting: float) -> View:
     return replace(engine_view(view), metric=metric)
 
 
-def _display_in_view(field: SpeciesField, view: View) -> DisplayedRepresentation:
+def _display_in_view(field: SpeciesField, view: View, copies: bool) -> DisplayedRepresentation:
     """Display every part of the objects whose spheres reach into the pyramid of view.
 
     Objects are kept or dropped as a whole: for parts dropped one by one, leaf appearances of what
@@ -91,6 +98,8 @@ def _display_in_view(field: SpeciesField, view: View) -> DisplayedRepresentation
     grown = field.in_habitat(view.camera.corner, samples)
     roots = field.prototypes.wholes(field.instances_in_view(grown, whole), whole)
     kept = grown.take(in_view(pyramid, roots.centre, roots.bound))
+    if copies and is_still_whole(field, whole):
+        return display_whole(field, whole, kept)
     cut = field.prototypes.cut(field.instances_in_view(kept, whole), whole, examined)
     return display(field, cut, whole)
 
@@ -125,7 +134,14 @@ METHODS: dict[str, Method] = {
             "view culling",
             "none",
             (0.0,),
-            lambda scene, setting: lambda n, variant: frame_of(scene, n, variant, _display_in_view),
+            lambda scene, setting: (
+                lambda n, variant: frame_of(
+                    *(scene, n, variant),
+                    partial(
+                        _display_in_view, copies=frame_quality(scene.preset, variant).draws_copies
+                    ),
+                )
+            ),
             _culled_out_of_view,
         ),
     )

@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 
 from lod.arrays import ArrayData, FloatArray, Ints, Points
+from lod.crossfade import blend_weights
 from lod.motion import motion_steps
 from lod.pruner import BlendWeights, Cut, Parts
-from lod.shapes import Appearance, Sticks, SticksAndTriangles
+from lod.shapes import Appearance, Instanced, Sticks, SticksAndTriangles
 from lod.view import View, distance
 from scenes.appearance.tone import Illumination, fit_tone
 from scenes.field.emission import emit, emit_meshes
@@ -220,6 +221,20 @@ class SpeciesPrototypes:
         displayed = tables.sticks_of(parts.part, weights)
         instances = parts.state.instances
         return emit(self.pose_tables, tables, instances, parts.object, displayed)
+
+    def whole(
+        self, objects: InstancesInView, view: View, illumination: Illumination | None = None
+    ) -> Instanced:
+        """Return every part of these objects, which stand still, as copies of the prototypes."""
+        placed, models = objects.instances, len(self.prototypes)
+        contacts = np.zeros((models, *placed.foot_contacts.shape[1:]))
+        still, ahead = np.zeros(models), np.ones(models)
+        rest = Instances(np.zeros((models, 3)), ahead, still, np.arange(models), still, contacts)
+        cut = self.cut(InstancesInView(rest, None, still), view, models)
+        shape = self.appearance(cut.parts, blend_weights(cut, view), illumination)
+        turn = np.stack((placed.cos, placed.sin), axis=1)
+        parts = cut.object, cut.part, cut.level
+        return Instanced(shape, *parts, placed.prototype, placed.origin, turn)
 
     def positions(self, instances: Instances, rows: Ints, part: Ints) -> Points:
         """Compute the origins of parts of posed objects, (k,) rows of each, (k, 3) [m]."""

@@ -15,8 +15,8 @@ from lod.arrays import Ints, Reals
 from lod.camera import GRID_M, Corner
 from lod.errors import InputError
 from lod.metric import Metric
-from lod.pruner import BlendWeights, Cut, Parts
-from lod.shapes import Appearance
+from lod.pruner import BlendWeights, Cut, Parts, cut_from_parts
+from lod.shapes import Appearance, Instanced
 from lod.view import View
 from scenes.appearance.tone import Illumination
 from scenes.field.cells import (
@@ -210,6 +210,19 @@ class SpeciesField:
         samples, examined = candidates(self.cells, view, self.search_bounds(view))
         grown = self.in_habitat(view.camera.corner, samples)
         return self.prototypes.cut(self.instances_in_view(grown, view), view, examined)
+
+    def whole(self, view: View, chosen: CellSamples | None = None) -> tuple[Cut, Instanced]:
+        """Return all that stands in a window, or what is ``chosen`` of it, with every part.
+
+        What stands still only. The cut has the wholes alone.
+        """
+        if chosen is None:
+            samples, _ = candidates(self.cells, view, self.search_bounds(view))
+            chosen = self.in_habitat(view.camera.corner, samples)
+        objects = self.instances_in_view(chosen, view)
+        wholes = self.prototypes.wholes(objects, view)
+        shape = self.prototypes.whole(objects, view, self.illumination)
+        return cut_from_parts(wholes, len(wholes), len(wholes)), shape
 
     def parts_of(self, parts: Parts, view: View) -> Parts:
         return self.prototypes.parts_of(parts, self.species.seen_in(view))

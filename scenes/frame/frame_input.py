@@ -7,6 +7,7 @@ import hashlib
 import struct
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from typing import TypeGuard
 
 import numpy as np
 
@@ -15,9 +16,11 @@ from lod.camera import Camera
 from lod.crossfade import blend_weights
 from lod.errors import InputError
 from lod.pruner import BlendWeights, Cut, Moving, Parts, Representation
-from lod.shapes import Appearance, Sticks, SticksAndTriangles
+from lod.shapes import Appearance, Instanced, Sticks, SticksAndTriangles
 from lod.update_schedule import DrawnState, apply_state
 from lod.view import View
+from scenes.field.cells import CellSamples
+from scenes.field.species_field import SpeciesField
 from scenes.world.sun_and_sky import Light
 
 
@@ -54,7 +57,7 @@ class DisplayedRepresentation:
     """What one representation displays at one time, in the coordinates of its frame.
 
     cut     the displayed parts; ``shape.owner`` gives their rows
-    shape   their appearance
+    shape   their appearance; copies of models where all of a field that stands still is displayed
     later   the same sticks and meshes a frame later, row by row; None where nothing moves till then
     posing  gives the appearance at other times; None for what never moves
     drawn   which sticks are still drawn as they were in an earlier frame; None: none are
@@ -62,7 +65,7 @@ class DisplayedRepresentation:
 
     name: str
     cut: Cut
-    shape: Appearance
+    shape: Appearance | Instanced
     later: Sticks | SticksAndTriangles | None = None
     posing: Posing | None = None
     drawn: DrawnState | None = None
@@ -75,7 +78,8 @@ class DisplayedRepresentation:
         """Return the same parts drawn at a time, with where their sticks are at a later one."""
         if self.posing is None:
             return self
-        shape, later = self.shape, None
+        shape: Appearance | Instanced = self.shape
+        later: Appearance | None = None
         if self.moves(time_s):
             shape = _drawn(self.drawn, self.posing.shape_at(time_s))
         if later_s is not None and self.moves(later_s):
@@ -98,7 +102,20 @@ def display(representation: Representation, cut: Cut, view: View) -> DisplayedRe
     return DisplayedRepresentation(representation.name, cut, shape, posing=posing)
 
 
-def _drawn(drawn: DrawnState | None, shape: Appearance) -> Appearance:
+def is_still_whole(representation: Representation, view: View) -> TypeGuard[SpeciesField]:
+    """Tell whether it is a field of which nothing moves, seen in a view that prunes no part."""
+    still = isinstance(representation, SpeciesField) and not representation.moves
+    return still and not view.metric.finite
+
+
+def display_whole(
+    field: SpeciesField, view: View, chosen: CellSamples | None = None
+) -> DisplayedRepresentation:
+    """Display all of a field that stands still, or what is ``chosen`` of it, as copies."""
+    return DisplayedRepresentation(field.name, *field.whole(view, chosen))
+
+
+def _drawn(drawn: DrawnState | None, shape: Appearance | Instanced) -> Appearance | Instanced:
     return apply_state(drawn, shape) if drawn and isinstance(shape, Sticks) else shape
 
 
@@ -193,6 +210,11 @@ class Quality:
     def is_jit(self) -> bool:
         """Tell whether the variant traces wavefronts of rays with code that it compiles."""
         return not self.variant.startswith("scalar_")
+
+    @property
+    def draws_copies(self) -> bool:
+        """Tell whether copies of a model share its shapes in the renderer (``lod.shapes``)."""
+        return self.is_jit and not self.is_spectral and self.haze == "analytic"
 
     @property
     def is_spectral(self) -> bool:

@@ -6,7 +6,7 @@ The renderer has no camera that sees all round: ``PanoramaSensor`` is one, equir
 import gc
 import math
 import tempfile
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 from weakref import WeakSet
@@ -15,9 +15,16 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from scenes.render.built_shapes import file_shape, make_shape, stabilise_kernels
-from scenes.render.description import MEDIUM, Description
+from scenes.render.built_shapes import (
+    file_shape,
+    instance_plugins,
+    make_shape,
+    reach_of,
+    stabilise_kernels,
+)
+from scenes.render.description import MEDIUM, Copies, Description
 from scenes.render.light import load_plugin, sun, surroundings, variant_bands
+from scenes.render.surfaces import Surfaces
 
 
 class PanoramaSensor:
@@ -80,6 +87,8 @@ class BuiltScene:
     ids    (n, 3) uint32 object, part and level of every displayed part; row 0 is the sky
     owners row of ``ids`` of each primitive, by the renderer's shape number; of what has none, none
     medium that the eye is in, None in clear air and where haze is worked out after the fact
+    surfaces  in JIT variants, what rays meet
+    copies  copies of models, whose parts ``surfaces`` tells
     """
 
     scene: Any
@@ -89,6 +98,8 @@ class BuiltScene:
     ids: np.ndarray
     owners: tuple[np.ndarray, ...]
     medium: Any = None
+    surfaces: Any = None
+    copies: Copies = field(default_factory=Copies)
 
     def seen_by(self, camera: Description) -> "BuiltScene":
         """Return the same scene as another camera sees it."""
@@ -101,7 +112,14 @@ class BuiltScene:
             if len(owners):
                 hit = shape == number
                 row[hit] = owners[prim[hit].astype(np.int64)]
-        return self.ids[row]
+        if not len(self.copies):
+            return self.ids[row]
+        copy = self.surfaces.copy[shape.astype(np.int64)]
+        hit = copy >= 0
+        row[hit] = self.surfaces.owners[prim[hit].astype(np.int64)]
+        found = self.ids[row]
+        found[hit, 0] = self.copies.object[copy[hit]]
+        return found
 
 
 _ALIVE: WeakSet[BuiltScene] = WeakSet()
@@ -119,6 +137,7 @@ def build_scene(description: Description) -> BuiltScene:
     if _ALIVE:
         gc.collect()
     shapes, ids, owners = (description.pop(name) for name in ("shapes", "ids", "owners"))
+    copies: Copies = description.pop("copies")
     moving = {name: shapes[name] for name in description["moves"]}
     medium, contents = None, {}
     scalar = str(mi.variant()).startswith("scalar_")
@@ -129,23 +148,29 @@ def build_scene(description: Description) -> BuiltScene:
     with tempfile.TemporaryDirectory() as folder:
         stub = Path(folder) / "stub.txt"
         stub.write_text("0 0 0 1\n0 0 1 1\n")
-        left = stabilise_kernels(shapes)
+        models = [[make_shape("model", s, stub) for s, _ in own] for own in copies.models]
+        shapes_of_all, where, of_all = copies.joined()
+        joined = [make_shape("models", each, stub) for each in shapes_of_all], where, of_all
+        left = stabilise_kernels(shapes, reach_of(copies))
         del shapes
         for name in list(left):
             shape = left.pop(name)
             contents[name] = (
                 file_shape(name, shape, Path(folder)) if scalar else make_shape(name, shape, stub)
             )
-        scene = load_plugin({"type": "scene", **lights, **contents})
-    names = ["", *contents]
+        placed = instance_plugins(copies, models)
+        scene = load_plugin({"type": "scene", **lights, **contents, **placed})
+    names, surfaces = ["", *contents], None
     if not scalar:
         # A JIT variant numbers all shapes that there are, those of other scenes as well.
         numbers = np.array(dr.reinterpret_array(mi.UInt32, scene.shapes_dr())).tolist()
         found = dict(zip(numbers, [shape.id() for shape in scene.shapes()], strict=True))
         names = [found.get(number, "") for number in range(max(found) + 1)]
+        surfaces = Surfaces(scene, copies, joined)
     owned = tuple(owners.get(name, np.zeros(0, np.uint32)) for name in names)
     kept, integrators = {**description, "shapes": moving}, _integrators(description)
-    _ALIVE.add(built := BuiltScene(scene, kept, integrators, tuple(names), ids, owned, medium))
+    known = scene, kept, integrators, tuple(names), ids, owned, medium
+    _ALIVE.add(built := BuiltScene(*known, surfaces, copies))
     return built
 
 

@@ -1,5 +1,6 @@
 """Shapes of a description as the renderer's own, whose code is the same from frame to frame."""
 
+from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -8,7 +9,7 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from scenes.render.description import ALIGNMENT, Description, aligned
+from scenes.render.description import ALIGNMENT, Copies, Description, aligned
 from scenes.render.light import load_plugin, variant_bands
 
 
@@ -41,7 +42,42 @@ def _registered(variant: str) -> str:
     return "tint_of_segments"
 
 
-def stabilise_kernels(shapes: Description) -> Description:
+def reach_of(copies: Copies) -> float:
+    """Bound every coordinate of the copies of models [m]."""
+    shapes = [shape for model in copies.models for shape, _ in model]
+    own = [s["vertices"] if s["type"] == "mesh" else s["control_points"] for s in shapes]
+    if not len(copies):
+        return 0.0
+    size = 2 * max(float(np.abs(each).max()) for each in own)
+    return float(np.abs(copies.place).max()) + size
+
+
+def instance_plugins(copies: Copies, models: Sequence[Sequence[Any]]) -> Description:
+    """Make the renderer's copies, named by their rows; ``models`` are the shapes of each."""
+    groups = [
+        load_plugin({"type": "shapegroup", **{f"shape{k}": each for k, each in enumerate(model)}})
+        for model in models
+    ]
+    named = {f"model{k}": each for k, each in enumerate(groups)}  # a scene must have them, too
+    places = np.zeros((len(copies), 4, 4))
+    (cos, sin), places[:, 2, 2], places[:, 3, 3] = copies.turn.T, 1.0, 1.0
+    places[:, 0, 0], places[:, 0, 1], places[:, 1, 0], places[:, 1, 1] = cos, -sin, sin, cos
+    places[:, :3, 3] = copies.place
+    return named | {
+        # One by one: the plans of many at once take as much memory as they themselves.
+        str(row): load_plugin(
+            {
+                "type": "instance",
+                "id": str(row),
+                "to_world": mi.ScalarTransform4f(place.tolist()),
+                "of": groups[of],
+            }
+        )
+        for row, (place, of) in enumerate(zip(places, copies.which.tolist(), strict=True))
+    }
+
+
+def stabilise_kernels(shapes: Description, reach: float = 0.0) -> Description:
     """Add to the shapes what keeps a JIT variant's code the same from frame to frame.
 
     Compiled into it are the scene's bounds, the number of shapes, and whether a shape has just one
@@ -53,7 +89,7 @@ def stabilise_kernels(shapes: Description) -> Description:
         s["vertices"] if s["type"] == "mesh" else s["control_points"] for s in shapes.values()
     ]
     ends = [end for array in arrays if len(array) for end in (array.max(), -array.min())]
-    reach = max(map(float, ends), default=1.0)
+    reach = max([reach, *map(float, ends)])
     corner = float(2.0 ** np.ceil(np.log2(max(reach, 1.0)) + 0.5))
     filled = {
         name: shape

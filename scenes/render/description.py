@@ -20,7 +20,7 @@ the ground twice. The sun's disc is not drawn.
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -30,7 +30,7 @@ from lod.air import Air, rgb_extinction
 from lod.camera import GRID_M, Camera, Corner
 from lod.errors import InputError
 from lod.pruner import Cut
-from lod.shapes import Sticks, Triangles, batches_of
+from lod.shapes import Instanced, Sticks, Triangles, batches_of
 from lod.threads import map_chunks
 from scenes.frame.frame_input import DisplayedRepresentation, FrameInput
 
@@ -282,6 +282,72 @@ def extent(description: Description) -> tuple[float, float, float]:
     return lowest - DEPTH_M, highest + HEIGHT_M, reach
 
 
+@dataclass(eq=False)
+class Copies:
+    """Copies of models, all of a frame; shapes of models are no shapes of the frame.
+
+    models  of each the shapes in its own frame, and of each shape the owner of every primitive
+    which, place, turn, object  of each copy: its model, and as in ``lod.shapes.Instanced``; its id
+    """
+
+    models: list[list[tuple[Description, np.ndarray]]] = field(default_factory=list)
+    which: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
+    place: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
+    turn: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
+    object: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
+
+    def __len__(self) -> int:
+        return len(self.which)
+
+    def add(self, copies: Instanced, first_row: int, objects: np.ndarray) -> None:
+        """Add copies whose parts begin in a row of the frame's ids."""
+        _check_range("places of copies", copies.place, -3e38, 3e38)
+        columns = copies.which + len(self.models), copies.place, copies.turn, objects
+        for name, values in zip(("which", "place", "turn", "object"), columns, strict=True):
+            setattr(self, name, np.concatenate((getattr(self, name), values)))
+        for number in range(int(copies.model.max(initial=-1)) + 1):
+            made = []
+            for shape in batches_of(copies.shape):
+                rows = np.flatnonzero(copies.model[shape.owner] == number)
+                if isinstance(shape, Triangles):
+                    corners, faces = np.unique(shape.faces[rows], return_inverse=True)
+                    mesh = _mesh(shape, corners, faces.reshape(-1, 3))
+                    made += [(mesh, shape.owner[rows] + first_row)] if len(rows) else []
+                    continue
+                own = {k: getattr(shape, k)[rows] for k in _Columns._fields}
+                one = PlacedSticks(replace(shape, **own), first_row, None)
+                made += [(_curve(b, False), b.owners) for b in batches([one], by_tint=False)]
+            self.models.append([each for each in made if len(each[1])])
+
+    def joined(self) -> tuple[list[Description], np.ndarray, np.ndarray]:
+        """Join the shapes of all models: into one of sticks and one of triangles, or fewer.
+
+        Gives those; of each model's shapes, model by model, which of them has its primitives, where
+        they begin there, and where among all, (k, 3); and the owners of all.
+        """
+        every = [each for model in self.models for each in model]
+        kinds = sorted({shape["type"] for shape, _ in every})
+        where, shapes, owners = np.zeros((len(every), 3), np.int64), [], [np.zeros(0, np.uint32)]
+        for number, kind in enumerate(kinds):
+            rows = [row for row, (shape, _) in enumerate(every) if shape["type"] == kind]
+            own = [every[row][0] for row in rows]
+            points, index = ("vertices", "faces")
+            if kind == "linearcurve":
+                points, index = ("control_points", "segment_indices")
+            shifted = {index: points, "tint": "tints"}
+            names = [name for name in own[0] if name != "type"]
+            columns = {name: [shape[name] for shape in own] for name in names}
+            for name in shifted.keys() & columns.keys():
+                shift = np.cumsum([0, *map(len, columns[shifted[name]])], dtype=np.uint32)
+                columns[name] = [c + s for c, s in zip(columns[name], shift[:-1], strict=True)]
+            shapes.append({"type": kind, **{k: np.concatenate(c) for k, c in columns.items()}})
+            where[rows, 0] = number
+            where[rows, 1] = np.cumsum([0, *(len(shape[index]) for shape in own)])[:-1]
+            where[rows, 2] = where[rows, 1] + sum(map(len, owners))
+            owners += [every[row][1] for row in rows]
+        return shapes, where, np.concatenate(owners)
+
+
 NEAR_M, FAR_M = 0.05, 1e7
 """What the camera sees: from 5 cm to farther than any ground that is built."""
 
@@ -308,10 +374,15 @@ def describe_frame(frame_input: FrameInput) -> Description:
     owners: dict[str, np.ndarray] = {}
     moves: dict[str, np.ndarray] = {}
     placed = []
-    first = np.cumsum([1] + [len(each.cut) for each in displayed])[:-1].tolist()
-    for each, row in zip(displayed, first, strict=True):
+    copies = Copies()
+    first = np.cumsum([1] + [_count_parts(each) for each in displayed])[:-1].tolist()
+    objects = object_ids([each.cut for each in displayed])
+    for each, row, object_id in zip(displayed, first, objects, strict=True):
         for shape in batches_of(each.shape):
             _check(each, shape)
+        if isinstance(each.shape, Instanced):
+            copies.add(each.shape, row, each.cut.object + object_id)
+            continue
         later = (None, None) if each.later is None else (*batches_of(each.later), None)
         for shape, then in zip(batches_of(each.shape), later, strict=False):
             if isinstance(shape, Sticks):
@@ -325,13 +396,7 @@ def describe_frame(frame_input: FrameInput) -> Description:
     by_tint = not quality.is_jit or quality.is_spectral
     for number, batch in enumerate(batches(placed, by_tint), len(shapes) if by_tint else 0):
         name = f"sticks{number:03d}"
-        if by_tint:
-            colour = {"albedo": batch.tints[0]}
-        else:
-            tint = np.repeat(np.arange(len(batch.counts), dtype=np.uint32), batch.counts)
-            colour = {"tints": batch.tints, "tint": tint}
-        curve = {"control_points": batch.points, "segment_indices": batch.segments, **colour}
-        shapes[name], owners[name] = {"type": "linearcurve", **curve}, batch.owners
+        shapes[name], owners[name] = _curve(batch, by_tint), batch.owners
         if batch.moves is not None:
             moves[name] = batch.moves
     camera, after = frame_input.camera, frame_input.after
@@ -349,6 +414,7 @@ def describe_frame(frame_input: FrameInput) -> Description:
         "owners": owners,
         "after": _camera(after, camera.corner) if after else None,
         "moves": moves,
+        "copies": copies,
     }
     return with_medium(description, frame_input.air) if quality.haze == "medium" else description
 
@@ -376,32 +442,46 @@ def _camera(camera: Camera, corner: Corner) -> Description:
     }
 
 
+def _curve(batch: Batch, by_tint: bool) -> Description:
+    curve = {"control_points": batch.points, "segment_indices": batch.segments}
+    colour: Description = {"albedo": batch.tints[0]}
+    if not by_tint:
+        tint = np.repeat(np.arange(len(batch.counts), dtype=np.uint32), batch.counts)
+        colour = {"tints": batch.tints, "tint": tint}
+    return {"type": "linearcurve", **curve, **colour}
+
+
+def _mesh(triangles: Triangles, corners: np.ndarray | slice, faces: np.ndarray) -> Description:
+    columns = ("vertices", "normals", "colours")
+    arrays = {k: getattr(triangles, k)[corners].astype(np.float32, copy=False) for k in columns}
+    return {"type": "mesh", **arrays, "faces": faces.astype(np.uint32)}
+
+
 def _meshes(triangles: Triangles) -> Iterator[tuple[Description, np.ndarray | slice]]:
     """A mesh of all faces, or one of each radiance, and which faces are in it."""
-
-    def mesh(corners: np.ndarray | slice, faces: np.ndarray) -> Description:
-        columns = ("vertices", "normals", "colours")
-        arrays = {k: getattr(triangles, k)[corners].astype(np.float32, copy=False) for k in columns}
-        return {"type": "mesh", **arrays, "faces": faces.astype(np.uint32)}
-
     if not len(triangles.glows):
         if len(triangles):
-            yield mesh(slice(None), triangles.faces), slice(None)
+            yield _mesh(triangles, slice(None), triangles.faces), slice(None)
         return
     for number, glow in enumerate(triangles.glows):
         rows = np.flatnonzero(triangles.glow == number)
         if len(rows):
             corners, faces = np.unique(triangles.faces[rows], return_inverse=True)
-            yield {**mesh(corners, faces.reshape(-1, 3)), "glow": glow}, rows
+            yield {**_mesh(triangles, corners, faces.reshape(-1, 3)), "glow": glow}, rows
 
 
 def _global_ids(visible: Sequence[DisplayedRepresentation]) -> np.ndarray:
-    """Object, part and level of every displayed part, with the sky in row 0, (p + 1, 3) uint32."""
+    """Object, part and level of every displayed part, with the sky in row 0, (p + 1, 3) uint32.
+
+    Parts of models have the model in place of the object, which the copy tells.
+    """
     cuts = [v.cut for v in visible]
-    ids, row = np.zeros((1 + sum(map(len, cuts)), 3), np.uint32), 1
+    ids, row = np.zeros((1 + sum(map(_count_parts, visible)), 3), np.uint32), 1
     for v, first in zip(visible, object_ids(cuts), strict=True):
-        own = ids[row : row + len(v.cut)]
+        own = ids[row : row + _count_parts(v)]
         columns = (v.cut.object, first), (v.cut.part, 0), (v.cut.level, 0)
+        if isinstance(v.shape, Instanced):
+            columns = (v.shape.model, 0), (v.shape.part, 0), (v.shape.level, 0)
         for column, (numbers, start) in enumerate(columns):
             _check_range(f"{v.name} ids", numbers, 0, _ID_LIMIT - 1 - start)
             np.add(numbers, start, out=own[:, column], dtype=np.int64, casting="unsafe")
@@ -417,9 +497,13 @@ def object_ids(cuts: Sequence[Cut]) -> list[int]:
     return firsts[:-1]
 
 
+def _count_parts(v: DisplayedRepresentation) -> int:
+    return len(v.shape.part) if isinstance(v.shape, Instanced) else len(v.cut)
+
+
 def _check(v: DisplayedRepresentation, shape: Sticks | Triangles) -> None:
     """Refuse what the renderer would accept silently: NaN, rows that are not there, albedo > 1."""
-    parts = len(v.cut)
+    parts = _count_parts(v)
     if isinstance(shape, Sticks):
         numbers = {k: getattr(shape, k) for k in ("start", "end", "start_radius", "end_radius")}
         rows = {"tint": (shape.tint, len(shape.tints)), "owner": (shape.owner, parts)}

@@ -12,6 +12,7 @@ import drjit as dr
 import mitsuba as mi
 
 from scenes.render.build import BuiltScene
+from scenes.render.surfaces import Surfaces
 
 _ROULETTE_DEPTH = 5
 """Edges of a path after which Russian roulette decides whether it goes on, as in Mitsuba."""
@@ -24,15 +25,14 @@ def trace_guides(built: BuiltScene, ray: Any, traced: Any) -> tuple[list[Any], t
     found and completed. Of a box that bends no light nothing is said.
     """
     hit = built.scene.ray_intersect_preliminary(ray, coherent=True, active=traced)
-    si = hit.compute_surface_interaction(ray, mi.RayFlags.ShadingFrame, traced)
-    bsdf = si.bsdf()
-    met = si.is_valid() & ~mi.has_flag(bsdf.flags(), mi.BSDFFlags.Null)
-    numbers = dr.reinterpret_array(mi.UInt32, si.shape), si.prim_index
-    albedo = bsdf.eval_diffuse_reflectance(si, met)
-    found = [si.t, *si.sh_frame.n, *albedo, *map(mi.Float, numbers)]
+    first = built.surfaces.complete(ray, hit, traced)
+    si = first.si
+    met = si.is_valid() & ~first.bends_none
+    numbers = first.number, si.prim_index
+    found = [si.t, *si.sh_frame.n, *first.albedo, *map(mi.Float, numbers)]
     if built.description["after"]:
         found += [*si.p]
-    return [dr.select(met, value, 0.0) for value in found], (hit, si)
+    return [dr.select(met, value, 0.0) for value in found], (hit, first)
 
 
 def trace_paths(built: BuiltScene, sampler: Any, ray: Any, traced: Any) -> tuple[Any, list[Any]]:
@@ -41,24 +41,25 @@ def trace_paths(built: BuiltScene, sampler: Any, ray: Any, traced: Any) -> tuple
     The paths have at most as many edges as the description's ``max_depth`` says. There is no air,
     but a medium, through which the renderer traces them.
     """
-    guides, (hit, si) = trace_guides(built, ray, traced)
-    scene, edges = built.scene, built.description["integrator"]["max_depth"]
+    guides, (hit, first) = trace_guides(built, ray, traced)
+    scene, surfaces, si = built.scene, built.surfaces, first.si
+    edges = built.description["integrator"]["max_depth"]
     if built.medium:
         light, _, _ = built.integrators["medium"].sample(scene, sampler, ray, built.medium, traced)
         return light, guides
-    lights = _Lights(scene)
-    light = lights.emitted(si, si.is_valid())
+    lights = _Lights(scene, surfaces)
+    light = mi.Color3f(0.0)
+    if lights.surfaces:
+        light = dr.select(si.is_valid(), first.emitted, light)
     # What is left of a path where it meets the sky, and its direction there: it meets it once.
     at_sky = mi.Color3f(dr.select(traced & ~si.is_valid(), 1.0, 0.0)), mi.Vector3f(ray.d)
     ray, left, edge = mi.Ray3f(ray), mi.Color3f(1.0), mi.UInt32(1)
 
     def go_on(sampler: Any, ray: Any, hit: Any, active: Any, *sums: Any, last: bool = False) -> Any:
         left, light, (share, direction), edge = sums
-        si = hit.compute_surface_interaction(ray, mi.RayFlags.ShadingFrame, active)
-        bsdf = si.bsdf()
-        active &= (si.wi.z > 0) | mi.has_flag(bsdf.flags(), mi.BSDFFlags.BackSide)
-        left = left * bsdf.eval_diffuse_reflectance(si, active)
-        active &= dr.max(left) > 0
+        si, _, albedo, _, reflects, _ = surfaces.complete(ray, hit, active)
+        left = left * albedo
+        active &= reflects & (dr.max(left) > 0)
         side = dr.mulsign(mi.Float(1.0), si.wi.z)
         light = light + left * lights.reflected(si, side, sampler, active)
         local = mi.warp.square_to_cosine_hemisphere(sampler.next_2d(active))
@@ -93,16 +94,12 @@ def trace_paths(built: BuiltScene, sampler: Any, ray: Any, traced: Any) -> tuple
 class _Lights:
     """The lights of a scene but for its sky: the sun, and surfaces, sampled with equal chances."""
 
-    def __init__(self, scene: Any) -> None:
-        self._scene = scene
+    def __init__(self, scene: Any, surfaces: Surfaces) -> None:
+        self._scene, self._shapes = scene, surfaces
         names = [each.id() for each in scene.emitters()]
         self._sun = scene.emitters()[names.index("sun")]
         self.surfaces = [row for row, name in enumerate(names) if name not in ("sky", "sun")]
         self._count = dr.opaque(mi.Float, len(self.surfaces))
-
-    def emitted(self, si: Any, active: Any) -> Any:
-        """Radiance that the surfaces themselves send back along the rays that met them."""
-        return si.shape.emitter().eval(si, active) if self.surfaces else mi.Color3f(0.0)
 
     def reflected(self, si: Any, side: Any, sampler: Any, active: Any) -> Any:
         """Estimate the radiance that white surfaces reflect of the lights, each at its ``side``."""
@@ -127,11 +124,10 @@ class _Lights:
         """Estimate the same of surfaces, by rays of a ``density`` by solid angle that met them."""
         if not self.surfaces:
             return mi.Color3f(0.0)
-        there = hit.compute_surface_interaction(ray, mi.RayFlags.ShadingFrame, active)
-        emitter = there.shape.emitter()
-        sample = mi.DirectionSample3f(self._scene, there, si)
-        other = emitter.pdf_direction(si, sample, active) / self._count
-        return emitter.eval(there, active) * _power(density, other)
+        there = self._shapes.complete(ray, hit, active)
+        sample = mi.DirectionSample3f(self._scene, there.si, si)
+        other = there.si.shape.emitter().pdf_direction(si, sample, active) / self._count
+        return dr.select(active, there.emitted, 0.0) * _power(density, other)
 
     def _seen(self, si: Any, side: Any, direction: Any, ray: Any, active: Any) -> Any:
         """cos θ / π of a direction in which a light is seen, 0 of another."""

@@ -11,7 +11,7 @@ and no shutter is open a stick takes 120 in the renderer, but 210 while it is po
 sticks held 7.4 GB. Wavelengths bring colour-science with them: sixteen bands add 232 MB, 705 bytes
 a pixel and, under Dr.Jit, 440 a sample at once; motion vectors 126 a stick (where its ends are
 next); a denoiser 500 a pixel, mattes 90; and under an open shutter the sticks of two instants are
-held at once.
+held at once. A copy of a model takes 20 kB, nearly all of it the renderer's own.
 
 Pruning alone, without a picture (``lodbench count``), takes
 
@@ -24,14 +24,14 @@ people a square metre, each in a pose of its own, takes more than this says.
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from lod.errors import InputError
 from lod.pruner import Cut, prune
-from lod.shapes import Sticks, Triangles, batches_of
+from lod.shapes import Instanced, Sticks, Triangles, batches_of
 from lod.view import View
 from scenes.field.forecast import forecast_field
-from scenes.frame.frame_input import FrameInput, Quality
+from scenes.frame.frame_input import FrameInput, Quality, is_still_whole
 from scenes.ground.mesh import QUADS
 from scenes.models.catalogue import model_prototypes
 from scenes.presets.load import has_acting
@@ -79,7 +79,8 @@ def preflight(
     _check_actors(scene.preset, limit, limit.bytes, acted)
     _check_prototypes(scene.preset, limit, limit.bytes)
     for frame in frames:
-        found = forecast(scene.world, scene.view(frame))
+        copies = variant is not None and frame_quality(scene.preset, variant).draws_copies
+        found = forecast(scene.world, scene.view(frame), copies=copies)
         needed = frame_bytes(found, scene.preset, variant)
         if needed > limit.bytes:
             counts = f"about {found.parts:,.0f} parts and {found.triangles:,.0f} triangles"
@@ -158,6 +159,7 @@ class Forecast:
     cells, objects   of the fields, visited; parts, sticks: displayed of them
     triangles        of the ground, and of the meshes displayed
     ground           the cut of the ground, from which its triangles are known
+    copies           objects that share the sticks of a prototype, whose own alone are counted
     """
 
     cells: float
@@ -166,16 +168,26 @@ class Forecast:
     sticks: float
     triangles: float
     ground: Cut
+    copies: float = 0.0
 
 
-def forecast(world: World, view: View, of_fields: View | None = None) -> Forecast:
+def forecast(
+    world: World, view: View, of_fields: View | None = None, copies: bool = False
+) -> Forecast:
     """Estimate what a view displays of the ground and of the fields.
 
-    ``of_fields`` is the view of the fields where they are pruned by another rule than the ground.
+    ``of_fields`` is the view of the fields where they are pruned by another rule than the ground;
+    with ``copies`` what stands still and is whole shares the sticks of its prototypes.
     What is placed one by one, plumes, dust and what plug-ins make is left out. Raises InputError
     where the ground would have more tiles than it may.
     """
-    fields = [forecast_field(each, of_fields or view) for each in world.fields]
+    fields, copied = [], 0.0
+    for each in world.fields:
+        fields.append(found := forecast_field(each, of_fields or view))
+        if copies and is_still_whole(each, of_fields or view):
+            tables, copied = each.prototypes.part_tables, copied + found.objects
+            own = len(tables.sticks), len(tables.meshes or ())
+            fields[-1] = replace(found, parts=found.objects, sticks=own[0], triangles=own[1])
     ground = prune(world.terrain, view)
     # A tile draws those of its quarters that no tile covers: 4 a tile, less one for each that does.
     patches = 3 * ground.displayed_parts + ground.displayed_objects
@@ -186,10 +198,12 @@ def forecast(world: World, view: View, of_fields: View | None = None) -> Forecas
         sticks=sum(each.sticks for each in fields),
         triangles=2.0 * QUADS**2 * patches + sum(each.triangles for each in fields),
         ground=ground,
+        copies=copied,
     )
 
 
 _BASE = 336e6
+_COPY = 20e3
 _STICK, _STICK_IN_ONE, _TRIANGLE, _PIXEL = 277.0, 210.0, 204.0, 176.0
 _SAMPLE_JIT, _SAMPLE_SCALAR = 187.0, 355.0
 _BASE_SPECTRAL, _PIXEL_SPECTRAL, _SAMPLE_SPECTRAL = 232e6, 705.0, 440.0
@@ -213,6 +227,7 @@ def predict_bytes(
     size: tuple[int, int],
     quality: Quality,
     extra: ExtraBuffers = ExtraBuffers(),
+    copies: int = 0,
 ) -> int:
     """Predict the bytes that a process holds at most for such a frame, within some 20 %.
 
@@ -226,6 +241,7 @@ def predict_bytes(
     stick = _STICK_IN_ONE if in_one else _STICK * (2 if extra.shutter else 1)
     stick += _MOVED_STICK * extra.motion
     scene = _BASE + _BASE_SPECTRAL * spectral + stick * sticks + _TRIANGLE * triangles
+    scene += _COPY * copies
     at_once = min(pixels * quality.spp, quality.most_samples)
     kept = math.prod(quality.window_of(size).size)
     return round(scene + pixel * kept + sample * at_once)
@@ -237,11 +253,13 @@ def predicted_bytes(frame_input: FrameInput) -> int:
     after, subframes = frame_input.after, frame_input.subframes
     extra = ExtraBuffers(after is not None, frame_input.denoise, bool(subframes))
     size = camera.width, camera.height
-    return predict_bytes(*count_shapes(frame_input), size, frame_input.quality, extra)
+    shapes = [each.shape for each in frame_input.displayed]
+    copies = sum(len(each.which) for each in shapes if isinstance(each, Instanced))
+    return predict_bytes(*count_shapes(frame_input), size, frame_input.quality, extra, copies)
 
 
 def count_shapes(frame_input: FrameInput) -> tuple[int, int]:
-    """Count the sticks and triangles of a frame."""
+    """Count the sticks and triangles of a frame; of copies, those of their models."""
     shapes = [shape for each in frame_input.displayed for shape in batches_of(each.shape)]
     sticks = sum(len(shape) for shape in shapes if isinstance(shape, Sticks))
     return sticks, sum(len(shape) for shape in shapes if isinstance(shape, Triangles))
@@ -264,5 +282,5 @@ def frame_bytes(found: Forecast, preset: Preset, variant: str | None) -> int:
         return forecast_bytes(found)
     extra = ExtraBuffers(preset.output.motion, preset.output.denoise, preset.view.shutter > 0)
     shapes, quality = (round(found.sticks), round(found.triangles)), frame_quality(preset, variant)
-    drawn = predict_bytes(*shapes, preset.render.size, quality, extra)
+    drawn = predict_bytes(*shapes, preset.render.size, quality, extra, round(found.copies))
     return max(forecast_bytes(found), drawn)

@@ -123,8 +123,11 @@ def move_camera(
 
 
 def _statistics(description: Description) -> dict[str, int]:
-    shapes, box = description["shapes"].values(), description.get(MEDIUM, {})
+    shapes, box = list(description["shapes"].values()), description.get(MEDIUM, {})
+    copies = description["copies"]
+    shapes += [shape for model in copies.models for shape, _ in model]  # each but once
     return {
+        **({"copies": len(copies)} if len(copies) else {}),
         **{f"medium_{end}_m": round(box[end]) for end in ("bottom", "top") if end in box},
         "shapes": sum(len(s.get("tints", (None,))) for s in shapes),
         "sticks": sum(len(s["segment_indices"]) for s in shapes if s["type"] == "linearcurve"),

@@ -37,6 +37,7 @@ def looking_down(shapes, sky, sun, max_depth, count=20_000, spread=0.0):
     from scenes.render.build import BuiltScene
     from scenes.render.integrator import trace_paths
     from scenes.render.light import load_plugin
+    from scenes.render.surfaces import Surfaces
 
     up = math.radians(ELEVATION)
     lights = {
@@ -49,7 +50,8 @@ def looking_down(shapes, sky, sun, max_depth, count=20_000, spread=0.0):
     }
     scene = load_plugin({"type": "scene", **lights, **shapes})
     description = {"integrator": {"max_depth": max_depth}, "after": None}
-    built = BuiltScene(scene, description, {}, (), np.zeros((1, 3)), ())
+    known = scene, description, {}, (), np.zeros((1, 3)), (), None
+    built = BuiltScene(*known, Surfaces(scene))
     sampler = load_plugin({"type": "independent"})
     sampler.seed(3, count)
     start = mi.Point3f(dr.zeros(mi.Float, count), 0.0, 1.0)
