@@ -128,22 +128,25 @@ def matern_density(candidates: float, core: float) -> float:
     return -math.expm1(-candidates * disc) / disc
 
 
-def mapped(xy: np.ndarray, period: tuple[float, float], r: Reals) -> Reals:
-    """Return g of a map of points (n, 2) [m] that is repeated with these periods [m], at even ``r``.
+def mapped(
+    xy: np.ndarray, period: tuple[float, float], farthest: float, step: float = 0.5
+) -> PairCorrelation:
+    """Count g of a map of points (n, 2) [m] that is repeated with these periods [m].
 
-    Each r is the middle of a ring as wide as they are apart, whose pairs are counted; copies of one
-    point are pairs, too. A map is one sample: what it says of a forest has no error that is known.
+    Pairs are counted in rings ``step`` [m] wide, ``farthest`` [m] at most; copies of one point are
+    pairs, too. A map is one sample: what it says of a kind of forest has no error that is known.
     """
-    step = float(r[1] - r[0])
-    edges = np.concatenate((r - step / 2, [r[-1] + step / 2]))
+    edges = np.arange(0.0, farthest + 2 * step, step)
     reach = [math.ceil(edges[-1] / side) for side in period]
     copies = [
         xy + np.array((i, j)) * period
         for i in range(-reach[0], reach[0] + 1)
         for j in range(-reach[1], reach[1] + 1)
     ]
-    pairs = cKDTree(xy).count_neighbors(cKDTree(np.concatenate(copies)), edges)
-    in_ring = np.diff(pairs).astype(np.float64)
-    in_ring[0] -= len(xy) if edges[0] < 0 else 0
+    # A point that is its own neighbour is nearer than the least of the edges that is asked for.
+    own = np.concatenate(([step * 1e-6], edges[1:]))
+    pairs = np.diff(cKDTree(xy).count_neighbors(cKDTree(np.concatenate(copies)), own))
     density = len(xy) / (period[0] * period[1])
-    return in_ring / (len(xy) * density * np.pi * np.diff(np.square(edges)))
+    found = pairs / (len(xy) * density * np.pi * np.diff(np.square(edges)))
+    middle = (edges[1:] + edges[:-1]) / 2
+    return lambda r: np.interp(r, middle, found)

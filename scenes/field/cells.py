@@ -150,6 +150,8 @@ class CellLattice(NamedTuple):
 class SquareCells(ABC):
     """A process that is drawn in squares of side 2^j m, j being its ``exponent``."""
 
+    density: float
+
     @property
     @abstractmethod
     def exponent(self) -> int: ...
@@ -329,9 +331,7 @@ def cells_in_reach(
     return _cells_in_reach(spans, lattice, compile_view(view), bounds)
 
 
-def search_spans(
-    cells: SquareCells, view: View, bounds: SearchBounds
-) -> tuple[int, int, int, int]:
+def search_spans(cells: SquareCells, view: View, bounds: SearchBounds) -> tuple[int, int, int, int]:
     """Find ranges of cell numbers that hold all cells in reach: x from and before, then y.
 
     Raises InputError where nothing bounds the search.

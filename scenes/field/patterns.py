@@ -14,7 +14,7 @@ import numpy as np
 from scipy import stats
 from scipy.spatial import cKDTree
 
-from lod.arrays import ArrayData, FloatArray, Ints, Reals, expand
+from lod.arrays import ArrayData, FloatArray, Ints, expand
 from lod.errors import InputError
 from scenes.field.cells import CellSamples, PoissonCells, SquareCells, uniforms
 
@@ -158,7 +158,7 @@ class MappedCells(SquareCells):
         zero = np.zeros(1, np.int64)
         moved = self.stems.xy + uniforms(zero, zero, zero, key)[0, :2] * period
         # A product with a power of two is exact, and so is the rest of a division of floats.
-        corners = [np.mod(cell * side, each) for cell, each in zip((cell_x, cell_y), period)]
+        corners = np.mod(cell_x * side, period[0]), np.mod(cell_y * side, period[1])
         into = [np.mod(moved[:, k] - corners[k][:, None], period[k]) / side for k in (0, 1)]
         cell, stem = np.nonzero((into[0] < 1) & (into[1] < 1))
         u = uniforms(cell_x[cell], cell_y[cell], stem, key)
@@ -167,7 +167,7 @@ class MappedCells(SquareCells):
 
 
 def read_stems(path: Path) -> StemMap:
-    """Read a map of stems: lines ``x,y`` in metres after lines ``# window: …`` and ``# licence: …``.
+    """Read a map of stems: lines ``x,y`` [m] after lines ``# window: …`` and ``# licence: …``.
 
     The window is its least x, greatest x, least y and greatest y; a line of heads is passed over.
     Raises InputError for a file that cannot be read, says no licence, or holds anything else.
@@ -176,7 +176,9 @@ def read_stems(path: Path) -> StemMap:
         lines = path.read_text(encoding="utf-8-sig").splitlines()
     except (OSError, UnicodeDecodeError) as error:
         raise InputError("stems", str(path), "a text file that can be read", str(error)) from None
-    said = dict(line.lstrip("# ").split(":", 1) for line in lines if line[:1] == "#" and ":" in line)
+    said = dict(
+        line.lstrip("# ").split(":", 1) for line in lines if line[:1] == "#" and ":" in line
+    )
     rows = list(csv.reader(line for line in lines if line.strip() and not line.startswith("#")))
     licence = said.get("licence", "").strip()
     if not licence:
