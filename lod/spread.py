@@ -44,7 +44,7 @@ class CountSpread:
         return float(stats.gamma.ppf(share, shape, scale=self.mean / shape))
 
 
-def count_spread(K: float, areas: Sequence[Reals], g: PairCorrelation) -> CountSpread:
+def count_spread(K: float, areas: Sequence[np.ndarray], g: PairCorrelation) -> CountSpread:
     """Predict what frames of a stationary, isotropic field of density K [1/m²] display.
 
     areas  for each of the equally likely prototypes, the area of ground from which each of its
@@ -120,12 +120,6 @@ def matern(r: Reals, candidates: float, core: float) -> Reals:
     pairs = 2 * union * kept + 2 * disc * np.expm1(-candidates * union)
     found = pairs / (disc * union * np.maximum(union - disc, 1e-300)) / (kept / disc) ** 2
     return np.where(r < core, 0.0, found)
-
-
-def matern_density(candidates: float, core: float) -> float:
-    """Return the density of Matérn's second hard-core field [1/m²]; arguments as in ``matern``."""
-    disc = np.pi * core**2
-    return -math.expm1(-candidates * disc) / disc
 
 
 def mapped(

@@ -50,7 +50,7 @@ PACKED = 0.6
 PIXELS = {"figure": (10.0, 20.0), "tree": (80.0, 160.0)}
 """Details τ of a picture 640 pixels wide across 60° [px], by what stands there."""
 
-BUDGET = {"figure": 1500, "tree": 1500}
+BUDGET = {"figure": 1500, "tree": 8000}
 """Parts that a frame may hold."""
 
 SHARE = 0.99

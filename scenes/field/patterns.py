@@ -206,7 +206,7 @@ def _is_number(text: str) -> bool:
     return True
 
 
-def _grown(cell_x: Ints, cell_y: Ints, by: int) -> tuple[Ints, Ints]:
+def _grown(cell_x: np.ndarray, cell_y: np.ndarray, by: int) -> tuple[np.ndarray, np.ndarray]:
     """Return these cells and all that are within so many of them, each once, row by row."""
     if not len(cell_x):
         return cell_x, cell_y
@@ -219,7 +219,7 @@ def _grown(cell_x: Ints, cell_y: Ints, by: int) -> tuple[Ints, Ints]:
     return x + low_x, y + low_y
 
 
-def _among(x: Ints, y: Ints, cell_x: Ints, cell_y: Ints) -> np.ndarray:
+def _among(x: np.ndarray, y: np.ndarray, cell_x: np.ndarray, cell_y: np.ndarray) -> np.ndarray:
     """Tell which of the cells (x, y), (n,), are among these, (n,)."""
     if not len(x) or not len(cell_x):
         return np.zeros(len(x), bool)
