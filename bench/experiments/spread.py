@@ -5,7 +5,7 @@ from their pair correlation, and its 99th percentile is that of a gamma variable
 variance (``lod.spread``). Fields are Poisson, clustered (Thomas) and regular (Matérn II), and a map
 of real stems if ``--stems`` names one; all go through the pruner as they stand.
 
-``spread`` compares both predictions with many fields, seen once each. ``budget`` asks for the τ at
+``spread`` compares both predictions with many fields, one frame of each. ``budget`` asks for the τ at
 which 99 of 100 frames hold no more parts than a budget, by the prediction alone, and then walks
 through fields of other seeds: the share of frames within the budget must be 0.99. An eye that walks
 does not meet a new field at every step, so that a walk is the replicate.
