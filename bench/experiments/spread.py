@@ -2,7 +2,7 @@
 
 The law gives the mean of a frame, whatever the pattern in which objects stand. Its variance follows
 from their pair correlation, and its 99th percentile is that of a gamma variable of this mean and
-variance (``lod.spread``). Fields are Poisson, clustered (Thomas) and regular (Matérn II), and a map
+variance (``lod.pair_correlation``). Fields are Poisson, clustered (Thomas) and regular (Matérn II), and a map
 of real stems if ``--stems`` names one; all go through the pruner as they stand.
 
 ``spread`` compares both predictions with many fields, one frame of each. ``budget`` asks for the τ at
@@ -32,8 +32,16 @@ from bench.statistics.estimates import (
     two_sided_quantile,
 )
 from lod.law import chained_limits, disc_areas
+from lod.pair_correlation import (
+    CountSpread,
+    PairCorrelation,
+    count_spread,
+    mapped,
+    matern,
+    poisson,
+    thomas,
+)
 from lod.pruner import prune
-from lod.spread import CountSpread, PairCorrelation, count_spread, mapped, matern, poisson, thomas
 from scenes.field.cells import PoissonCells, SquareCells
 from scenes.field.patterns import MappedCells, MaternCells, ThomasCells, read_stems
 from scenes.field.species_field import Species, SpeciesField

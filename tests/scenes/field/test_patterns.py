@@ -11,8 +11,8 @@ from scipy.spatial import cKDTree
 from bench.counting import FLAT, Case, prototypes_of
 from lod.camera import Corner
 from lod.errors import InputError
+from lod.pair_correlation import thomas
 from lod.pruner import prune
-from lod.spread import thomas
 from scenes.field.patterns import MappedCells, MaternCells, StemMap, ThomasCells, read_stems
 from scenes.field.species_field import Species, SpeciesField
 

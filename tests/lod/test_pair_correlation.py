@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lod.spread import CountSpread, count_spread, mapped, matern, poisson, thomas
+from lod.pair_correlation import CountSpread, count_spread, mapped, matern, poisson, thomas
 
 DISC = [np.array([math.pi * 50.0**2])]
 
