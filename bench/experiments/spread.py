@@ -2,11 +2,11 @@
 
 The law gives the mean of a frame, whatever the pattern in which objects stand. Its variance follows
 from their pair correlation, and its 99th percentile is that of a gamma variable of this mean and
-variance (``lod.pair_correlation``). Fields are Poisson, clustered (Thomas) and regular (Matérn II), and a map
-of real stems if ``--stems`` names one; all go through the pruner as they stand.
+variance. Fields are Poisson, clustered (Thomas) and regular (Matérn II), and a map of real stems if
+``--stems`` names one; all go through the pruner as they stand.
 
-``spread`` compares both predictions with many fields, one frame of each. ``budget`` asks for the τ at
-which 99 of 100 frames hold no more parts than a budget, by the prediction alone, and then walks
+``spread`` compares both predictions with many fields, one frame of each. ``budget`` asks for the τ
+at which 99 of 100 frames hold no more parts than a budget, by the prediction alone, and then walks
 through fields of other seeds: the share of frames within the budget must be 0.99. An eye that walks
 does not meet a new field at every step, so that a walk is the replicate.
 """
