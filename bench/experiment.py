@@ -66,6 +66,8 @@ class Topic:
     apart        whether it runs only where it is named: ``run all`` and the experiment's own name
                  leave it out for its length
     accepts_metric   whether it can measure an installed metric beside the built-in ones
+    accepts_stems    whether it can measure a map of stems; its cases are given ``stems``: the path
+                     and the SHA-256 of the file, or None
     """
 
     about: str
@@ -78,6 +80,7 @@ class Topic:
     seconds: tuple[float, float]
     apart: bool = False
     accepts_metric: bool = False
+    accepts_stems: bool = False
 
     def sizes(self, effort: EffortName) -> dict[str, Any]:
         """Return the sizes of a full or a quick run."""

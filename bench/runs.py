@@ -80,13 +80,18 @@ def dask_executor(where: str | None, say: Callable[[str], object]) -> Iterator[C
 
 @dataclass(frozen=True)
 class RunRequest:
-    """One experiment as it was asked for; ``metric`` names another to be tried beside its own."""
+    """One experiment as it was asked for.
+
+    metric names another to be tried beside its own; stems is the path of a map of stems,
+    and the SHA-256 of that file
+    """
 
     name: str
     topics: tuple[str, ...]
     quick: bool = False
     seed: int = 0
     metric: str | None = None
+    stems: tuple[str, str] | None = None
 
 
 def spent_since(start: Sequence[float] = (0.0, 0.0)) -> dict[str, float]:
@@ -192,7 +197,8 @@ def run_experiment(
     for name in asked.topics:
         topic = experiment.topics[name]
         sizes[name] = topic.sizes("quick" if asked.quick else "full")
-        accepted = {"metric": asked.metric} if topic.accepts_metric else {}
+        accepted: dict[str, Any] = {"metric": asked.metric} if topic.accepts_metric else {}
+        accepted |= {"stems": asked.stems} if topic.accepts_stems else {}
         cases += topic.cases(**sizes[name], **accepted)
     points: list[Point] = []
     made: list[dict[str, Any]] = []

@@ -4,6 +4,7 @@ A frame visits only the cells from which a whole could pass its test.
 """
 
 import math
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -146,40 +147,27 @@ class CellLattice(NamedTuple):
     side: float
 
 
-@dataclass(frozen=True)
-class PoissonCells:
-    """One species' homogeneous Poisson process of density K [1/m²]."""
+class SquareCells(ABC):
+    """A process that is drawn in squares of side 2^j m, j being its ``exponent``."""
 
-    seed: int
-    name: str
     density: float
 
     @property
-    def exponent(self) -> int:
-        """j: cells are squares of side 2^j m that hold about 2 objects, between half and twice."""
-        j = round(0.5 * math.log2(2.0 / max(self.density, 1e-24)))
-        return min(max(j, -3), 40)
+    @abstractmethod
+    def exponent(self) -> int: ...
 
     @property
     def side_m(self) -> float:
         """Return the side of a cell [m], a power of two."""
         return 2.0**self.exponent
 
-    @property
-    def key(self) -> tuple[np.uint64, np.uint64]:
-        """Return the two words by which the process keys the hash: of its seed and its name."""
-        return np.uint64(self.seed), hash_name(self.name)
-
     def lattice(self, corner: Corner) -> CellLattice:
         """Return the lattice of cells as seen from a frame's corner."""
         return CellLattice(*corner.lattice(self.side_m), self.side_m)
 
-    def sample(self, cell_x: np.ndarray, cell_y: np.ndarray) -> CellSamples:
+    @abstractmethod
+    def sample(self, cell_x: Ints, cell_y: Ints) -> CellSamples:
         """Draw every object of the given cells: the same cell always holds the same objects."""
-        count = _counts(cell_x, cell_y, self.key, self._cumulative)
-        row, index = expand(count)
-        x, y = cell_x[row], cell_y[row]
-        return CellSamples(x, y, index, _uniforms(x, y, index, self.key))
 
     def positions(self, corner: Corner, samples: CellSamples) -> Float64[np.ndarray, "n 2"]:
         """Compute the places of objects at home, (n, 2) [m] from the corner."""
@@ -196,6 +184,32 @@ class PoissonCells:
         x, y = (samples.cell_x + samples.u[:, 0]) * side, (samples.cell_y + samples.u[:, 1]) * side
         return (np.abs(x) <= half_window) & (np.abs(y) <= half_window)
 
+
+@dataclass(frozen=True)
+class PoissonCells(SquareCells):
+    """One species' homogeneous Poisson process of density K [1/m²]."""
+
+    seed: int
+    name: str
+    density: float
+
+    @property
+    def exponent(self) -> int:
+        """j: cells are squares of side 2^j m that hold about 2 objects, between half and twice."""
+        j = round(0.5 * math.log2(2.0 / max(self.density, 1e-24)))
+        return min(max(j, -3), 40)
+
+    @property
+    def key(self) -> tuple[np.uint64, np.uint64]:
+        """Return the two words by which the process keys the hash: of its seed and its name."""
+        return np.uint64(self.seed), hash_name(self.name)
+
+    def sample(self, cell_x: np.ndarray, cell_y: np.ndarray) -> CellSamples:
+        count = _counts(cell_x, cell_y, self.key, self._cumulative)
+        row, index = expand(count)
+        x, y = cell_x[row], cell_y[row]
+        return CellSamples(x, y, index, uniforms(x, y, index, self.key))
+
     @cached_property
     def _cumulative(self) -> np.ndarray:
         mean = self.density * self.side_m**2
@@ -211,7 +225,7 @@ class PoissonCells:
 
 
 def candidates(
-    cells: PoissonCells, view: View, bounds: SearchBounds, visited: tuple[Ints, Ints] | None = None
+    cells: SquareCells, view: View, bounds: SearchBounds, visited: tuple[Ints, Ints] | None = None
 ) -> tuple[CellSamples, int]:
     """Draw the objects of a field that could be displayed, and count those in the window.
 
@@ -219,6 +233,10 @@ def candidates(
     rejected by its place and prototype alone.
     """
     cell_x, cell_y = cells_in_reach(cells, view, bounds) if visited is None else visited
+    if not isinstance(cells, PoissonCells):  # the few that are drawn in vain fail their own tests
+        samples = cells.sample(cell_x, cell_y)
+        samples = samples.take(cells.in_window(samples, bounds.half_window))
+        return samples, len(samples)
     count = _counts(cell_x, cell_y, cells.key, cells._cumulative)
     lattice, room = cells.lattice(view.camera.corner), int(count.sum())
     name, u = np.empty((3, room), np.int64), np.empty((room, 8))
@@ -242,7 +260,7 @@ def _counts(cell_x, cell_y, key, cumulative):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _uniforms(cell_x, cell_y, index, key):  # type: ignore[no-untyped-def]
+def uniforms(cell_x, cell_y, index, key):  # type: ignore[no-untyped-def]
     """Eight uniforms for each object; block 0 of a cell is spent on its count."""
     u = np.empty((len(index), 8))
     for i in range(len(index)):
@@ -306,16 +324,14 @@ def _could_pass(view, bounds, kind, east, north):  # type: ignore[no-untyped-def
 
 
 def cells_in_reach(
-    cells: PoissonCells, view: View, bounds: SearchBounds
+    cells: SquareCells, view: View, bounds: SearchBounds
 ) -> tuple[np.ndarray, np.ndarray]:
     """Find the cells that may hold a displayed whole, in view or not, row by row: x, y (n,)."""
     spans, lattice = search_spans(cells, view, bounds), cells.lattice(view.camera.corner)
     return _cells_in_reach(spans, lattice, compile_view(view), bounds)
 
 
-def search_spans(
-    cells: PoissonCells, view: View, bounds: SearchBounds
-) -> tuple[int, int, int, int]:
+def search_spans(cells: SquareCells, view: View, bounds: SearchBounds) -> tuple[int, int, int, int]:
     """Find ranges of cell numbers that hold all cells in reach: x from and before, then y.
 
     Raises InputError where nothing bounds the search.

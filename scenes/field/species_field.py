@@ -5,6 +5,7 @@ The few objects that a picture is about are placed where a preset says, one by o
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
@@ -23,6 +24,7 @@ from scenes.field.cells import (
     CellSamples,
     PoissonCells,
     SearchBounds,
+    SquareCells,
     candidates,
     cells_in_reach,
     search_bounds,
@@ -79,6 +81,7 @@ class Species:
     patrol_m  what has a stride walks circles of this radius about its home; 0 = it stays there
     habitat   where it grows, thinning the density; None = everywhere
     metric    which member of the family decides, in place of the view's; None = the view's
+    pattern   function from seed, name and density to the process by which it is spread
 
     Raises InputError for a density or a radius that cannot be, and where no prototype is given.
     """
@@ -89,6 +92,7 @@ class Species:
     patrol_m: float = 0.0
     habitat: Habitat | None = None
     metric: Metric | None = None
+    pattern: Callable[[int, str, float], SquareCells] = PoissonCells
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.density) and self.density > 0):
@@ -189,9 +193,9 @@ class SpeciesField:
         return species_prototypes(self.species.prototypes)
 
     @cached_property
-    def cells(self) -> PoissonCells:
-        """Return the Poisson process."""
-        return PoissonCells(self.seed, self.species.name, self.species.density)
+    def cells(self) -> SquareCells:
+        """Return the process that says where objects are at home."""
+        return self.species.pattern(self.seed, self.species.name, self.species.density)
 
     @property
     def moves(self) -> bool:

@@ -1,5 +1,6 @@
 """`lodbench run`: measure, write the record, say what held."""
 
+import hashlib
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -34,6 +35,7 @@ def _complete(_: click.Context, __: click.Parameter, begun: str) -> list[Complet
 @click.option("-o", "folder", required=True, metavar="DIR", help="Folder for the records.")
 @click.option("--again", is_flag=True, help="Measure anew what is done already.")
 @value_option("--metric", metavar="NAME", help="An installed metric, to be tried beside ours.")
+@click.option("--stems", metavar="FILE", help="A CSV of stems for spread and budget: x,y in m.")
 @click.option(
     "--cluster", metavar="N|ADDRESS|FILE", help="Workers to start here, or a Dask scheduler."
 )
@@ -46,6 +48,7 @@ def command(
     folder: str,
     again: bool,
     metric: str | None,
+    stems: str | None,
     cluster: str | None,
     as_json: bool,
 ) -> None:
@@ -55,7 +58,7 @@ def command(
     """
     from bench.runs import journal
 
-    asked = _asked(experiments, cluster, quick, seed, metric)
+    asked = _asked(experiments, cluster, quick, seed, metric, stems)
     kept = journal(make_folder(folder))
     if again:
         for each in asked:
@@ -67,7 +70,12 @@ def command(
 
 
 def _asked(
-    named: tuple[str, ...], cluster: str | None, quick: bool, seed: int, metric: str | None
+    named: tuple[str, ...],
+    cluster: str | None,
+    quick: bool,
+    seed: int,
+    metric: str | None,
+    stems: str | None,
 ) -> list["RunRequest"]:
     """Check what is asked for; experiments that are timed stay on this machine."""
     from bench.experiment import ALL, experiments, topics_named
@@ -83,8 +91,11 @@ def _asked(
             raise InputError("--cluster", name, f"experiments without times: {able}", "leave it")
     if metric is not None:
         _check_metric(metric, tuple(chosen))
+    mapped = _check_stems(stems, tuple(chosen)) if stems is not None else None
     return [
-        RunRequest(name, tuple(mine), quick, seed, metric) for name, mine in chosen.items() if mine
+        RunRequest(name, tuple(mine), quick, seed, metric, mapped)
+        for name, mine in chosen.items()
+        if mine
     ]
 
 
@@ -100,6 +111,18 @@ def _check_metric(metric: str, names: Sequence[str]) -> None:
     if others := [name for name in names if name not in able]:
         rule = f"experiments that try metrics: {', '.join(able)}"
         raise InputError("--metric", ", ".join(others), rule, f"run {able[0]}")
+
+
+def _check_stems(stems: str, names: Sequence[str]) -> tuple[str, str]:
+    """Return the path of a map and its digest; what is wrong with it is said before a run."""
+    from bench.experiment import experiments
+    from scenes.field.patterns import read_stems
+
+    every = experiments()
+    if not any(topic.accepts_stems for n in names for topic in every[n].topics.values()):
+        raise InputError("--stems", ", ".join(names), "experiments on stems: spread", "run spread")
+    read_stems(Path(stems))
+    return str(Path(stems).resolve()), hashlib.sha256(Path(stems).read_bytes()).hexdigest()
 
 
 def _run_all(
