@@ -283,8 +283,10 @@ def _points(axes: Axes, drawn: Sequence[tuple[int, Curve]]) -> None:
     for number, each in drawn:
         style: dict[str, Any] = {"gid": f"curve-{number}", "zorder": 3 - 0.01 * number}
         if each.low:
-            ends = {"color": _look(number)["color"], "lw": 1.0, "alpha": 0.7}
-            axes.vlines(each.x, each.low, each.high, **ends, **style)
+            ends: dict[str, Any] = {"color": _look(number)["color"], "lw": 1.0, "alpha": 0.7}
+            gap = [math.nan] * len(each.x)  # all intervals are one path, which is short as SVG
+            rows = np.column_stack((each.low, each.high, gap)).ravel()
+            axes.plot(np.repeat(each.x, 3), rows, **ends, **style)
         if len(each.line[0]):
             axes.plot(*each.line, color=_GREY, lw=1.1, ls="--", gid=f"curve-{number}")
         axes.plot(each.x, each.y, ls="none", markersize=5, **_look(number), **style)
