@@ -243,7 +243,7 @@ def test_every_method_stands_in_the_report(planted):
         assert {len(row) for row in rows} <= {len(heads)}
     _, (_, (_, rows)), *_ = tables(made)
     assert {row[1] for row in rows} == {"blake", "full", "nearest", "copy", "cheat"}
-    assert len(EXPERIMENT.plots(made)) == 2
+    assert len(EXPERIMENT.plots(made)) == 1
 
 
 @pytest.fixture
