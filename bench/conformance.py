@@ -91,6 +91,7 @@ def column_faults(batch: Parts | Appearance) -> Iterator[str]:
     """Yield columns that are not read-only arrays of finite numbers; limits may be infinite."""
     for each in (batch,) if isinstance(batch, Parts) else batches_of(batch):
         names = [field.name for field in fields(each) if field.name != "state"]
+        names = [name for name in names if getattr(each, name) is not None]
         for name in names:
             column, where = getattr(each, name), f"{type(each).__name__}.{name}"
             if not isinstance(column, np.ndarray) or column.dtype == object:

@@ -180,7 +180,10 @@ def topics_named(names: Sequence[str], key: str = "name") -> dict[str, list[str]
     for name in names:
         if name not in known:
             rule = "no experiment or topic of that name"
-            raise InputError(key, name, rule, nearest_name(name, known))
+            cure = nearest_name(name, known)
+            if cure.startswith("one of"):
+                cure = f"one of: {', '.join((*every, ALL))}, or a topic that `lodbench list` shows"
+            raise InputError(key, name, rule, cure)
         if name == ALL:
             in_order = sorted(every.values(), key=lambda each: not each.timed)
             asked = {each.name: each.usual for each in in_order}

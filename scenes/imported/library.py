@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from lod.errors import InputError
-from lod.shapes import MeshTable
+from lod.shapes import MeshTable, middles
 from scenes.files import whole_file
 from scenes.imported.gltf import read_gltf
 from scenes.imported.part_tree import (
@@ -57,7 +57,9 @@ def unpack(data: bytes, where: str) -> PartTree:
             if said["format"] != FORMAT:
                 rule = f"format {FORMAT} of an imported model"
                 raise InputError(where, f"format {said['format']}", rule, "add it again")
-            meshes = MeshTable(*(found[name] for name in MESH_COLUMNS))
+            columns = {name: found[name] for name in MESH_COLUMNS}
+            spine = middles(columns["first_vertex"], columns["vertices"])
+            meshes = MeshTable(**columns, spine=spine)
             own = {name: found[name] for name in OWN_COLUMNS}
             return PartTree(names=tuple(said["names"]), meshes=meshes, **own, period=said["period"])
     except InputError:

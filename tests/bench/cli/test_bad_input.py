@@ -384,7 +384,7 @@ def unknown(texts: Iterator[tuple[str, str]], known: set[str]) -> list[tuple[str
     return [
         (place, flag)
         for place, text in texts
-        for flag in FLAG.findall(text)
+        for flag in FLAG.findall(text.replace("var(--", ""))  # a colour of the page
         if flag not in known and OF_OTHERS.get(flag, "\0") not in text
     ]
 

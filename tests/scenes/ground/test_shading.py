@@ -174,7 +174,7 @@ class Cloth:
     share: float
     highest: float = 2.0
 
-    def residual(self, view, points) -> ResidualCover:
+    def residual(self, view, points, slopes=None) -> ResidualCover:
         return ResidualCover(
             np.full(len(points), 2.0 * self.share), np.full(len(points), self.share)
         )
