@@ -31,6 +31,7 @@ NOT_RUN = {
     "README.md": "make, which CI runs itself",
     "docs/first-steps.md": "make, which CI runs itself",
     "docs/extend.md": "copies into the package; tests of species and animals write their own",
+    "docs/experiments.md": "R, which tests do not install",
     "docs/submit.md": "takes hours; test_compare_runs.py compares smaller runs",
     "docs/exr.md": "oiiotool, which a test of its own runs",
 }
