@@ -61,7 +61,7 @@ def summarise_verdicts(claims: Sequence[Claim]) -> str:
     tried = len(claims) - failed
     ends = f" {_EXPECTED[failed > 1].format(failed)}" if failed else ""
     if count["holds"] == tried:
-        return f"Yes: all {tried} claims hold.{ends}"
+        return f"Yes: {f'all {tried} claims hold' if tried > 1 else 'the claim holds'}.{ends}"
     if count["refuted"]:
         return (
             f"Not as claimed: of {tried} claims {count['refuted']} "

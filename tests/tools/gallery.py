@@ -1,6 +1,7 @@
 """A picture of every preset, and the same frame by detail level, as a gallery page.
 
-Frames are rendered into a scratch folder; what stays are two PNGs for each preset and a page. With
+Frames are rendered into a scratch folder; what stays are two pictures (WebP) for each preset and a
+page. With
 ``--references`` some presets have a third: the middle of a larger picture as shipped, beside the
 same at half the detail threshold.
 """
@@ -15,7 +16,7 @@ from pathlib import Path
 import click
 from PIL import Image
 
-from scenes.files import check_ours, make_folder, whole_file
+from scenes.files import make_folder, whole_file
 from scenes.presets.load import preset_names
 
 FRAMES = {"campfire": 30, "fly_in": 40, "playground": 48}
@@ -35,7 +36,9 @@ BESIDE = {
 REFERENCE_PX, BESIDE_SPP, SHOWN_PX = 0.5, 64, 640
 """Detail of a reference [px], samples of both pictures, and the most columns that are shown."""
 
-FIGURE_4_FILE = "figure_4.png"
+FIGURE_4_FILE = "figure_4.webp"
+QUALITY = 90  # of WebP
+
 FIGURE_4 = "joe right leg/lower leg/foot orient y 40deg"
 FOOT_VIEW = (
     *("-D", "view.detail=1", "-D", 'camera.behaviour=""', "--say", "camera stand -1.3 -1.6 0.6"),
@@ -130,20 +133,20 @@ def gallery_page(presets: Sequence[tuple[str, str]], folder: Path) -> str:
         " samples a pixel, denoised. [Clips](motion.md) of what motion hides lie beside.\n"
     )
     rows = [
-        f"\n## {name}\n\n{about}\n\n![{name}]({name}.png) ![{name} by level]({name}_level.png)\n"
+        f"\n## {name}\n\n{about}\n\n![{name}]({name}.webp) ![{name} by level]({name}_level.webp)\n"
         for name, about in presets
     ]
     for number, (name, _) in enumerate(presets):
-        if (folder / f"{name}_beside.png").exists():
+        if (folder / f"{name}_beside.webp").exists():
             rows[number] += (
                 f"\nAt {BESIDE[name]}, {BESIDE_SPP} samples, not denoised; as shipped, and at"
-                f" {REFERENCE_PX} px:\n\n![{name} beside its reference]({name}_beside.png)\n"
+                f" {REFERENCE_PX} px:\n\n![{name} beside its reference]({name}_beside.webp)\n"
             )
-        if (folder / f"{name}_sheet.png").exists():
+        if (folder / f"{name}_sheet.webp").exists():
             film = (
                 f"lodbench render {name} -o film/{name}.####.exr --frames {FILMS[name]} --preview"
             )
-            rows[number] += f"\n```\n{film}\n```\n\n![film of {name}]({name}_sheet.png)\n"
+            rows[number] += f"\n```\n{film}\n```\n\n![film of {name}]({name}_sheet.webp)\n"
     if (folder / FIGURE_4_FILE).exists():
         words = f"lodbench render fly_in {shlex.join((*FOOT_VIEW, '--say', FIGURE_4))}"
         rows.append(
@@ -160,28 +163,25 @@ def gallery_page(presets: Sequence[tuple[str, str]], folder: Path) -> str:
 @click.option("--size", default="640x360", metavar="WxH", show_default=True)
 @click.option("--spp", default=16, show_default=True)
 @click.option("--references", is_flag=True, help="Show some beside references: 10 GB, minutes.")
-@click.option("--overwrite", is_flag=True, help="Replace files that lodbench did not make.")
-def command(
-    names: tuple[str, ...], folder: str, size: str, spp: int, references: bool, overwrite: bool
-) -> None:
+def command(names: tuple[str, ...], folder: str, size: str, spp: int, references: bool) -> None:
     """Render the presets of these NAMES, or all, and write the page of all that have pictures."""
     target = make_folder(folder)
     wanted = [name for name, _ in preset_names() if name in names or not names]
-    pictures = [f"{name}{kind}.png" for name in wanted for kind in ("", "_level")]
-    beside = [name for name in wanted if references and name in BESIDE]
-    pictures += [f"{name}_beside.png" for name in beside]
-    check_ours([target / each for each in (*pictures, "README.md")], overwrite)
-    with tempfile.TemporaryDirectory() as scratch:
-        for name in wanted:
-            frame = render_preset(name, size, spp, Path(scratch), "--denoise")
-            save_pictures(frame, name, target)
+    for name in wanted:
+        with tempfile.TemporaryDirectory() as each:
+            scratch, made = Path(each), Path(each, "made")
+            made.mkdir()
+            save_pictures(render_preset(name, size, spp, scratch, "--denoise"), name, made)
             if name in SHEETS:
-                render_sheet(name, SHEETS[name], Path(scratch), target / f"{name}_sheet.png")
-            if name in beside:
-                render_beside(name, Path(scratch), target / f"{name}_beside.png")
+                render_sheet(name, SHEETS[name], scratch, made / f"{name}_sheet.png")
+            if references and name in BESIDE:
+                render_beside(name, scratch, made / f"{name}_beside.png")
             if name == "fly_in":
-                render_figure_4(Path(scratch), target / FIGURE_4_FILE)
-    done = [each for each in preset_names() if (target / f"{each[0]}_level.png").exists()]
+                render_figure_4(scratch, made / "figure_4.png")
+            for picture in made.glob("*.png"):
+                with Image.open(picture) as pixels:
+                    pixels.convert("RGB").save(target / f"{picture.stem}.webp", quality=QUALITY)
+    done = [each for each in preset_names() if (target / f"{each[0]}_level.webp").exists()]
     with whole_file(target / "README.md", overwrite=True) as page:
         page.write_text(gallery_page(done, target), "utf-8")
 

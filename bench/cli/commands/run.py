@@ -52,7 +52,7 @@ def command(
     cluster: str | None,
     as_json: bool,
 ) -> None:
-    """Run experiments; each writes one record (JSON) and says which claims held.
+    """Run experiments; each writes one record (JSON) and says in a few lines what was found.
 
     The same command again goes on where it was stopped.
     """
@@ -169,9 +169,27 @@ def _run_all(
     return failed
 
 
+_MOST = 5
+"""Claims that a run prints; the report has all."""
+
+
 def _tell(out: Output, name: str, path: Path, claims: tuple["Claim", ...], kept: bool) -> None:
+    from bench.report.document import summarise_verdicts, verified
+
     data = [each.as_json() for each in claims]
     out.record({"experiment": name, "record": str(path), "kept": kept, "claims": data})
-    rows = [("verdict", "claim", "measured", "unit", "source")]
-    rows += [(c.verdict_text, c.sentence, c.measured_text, c.unit, c.source) for c in claims]
-    out.say(f"{name}: {path}\n{table(rows)}")
+    of = {kind: [c for c in claims if c.kind == kind] for kind in ("measurement", "verification")}
+    said = summarise_verdicts(of["measurement"]), verified(of["verification"])
+    order = "refuted", "inconclusive", "holds", "expected violation"
+
+    def place(c: "Claim") -> tuple[bool, bool, int]:
+        sound = c.kind == "verification" and c.verdict != "refuted"
+        return not c.headline, sound, order.index(c.verdict)
+
+    first = sorted(claims, key=place)[:_MOST]
+    rows = [(c.verdict_text, c.sentence, c.measured_text) for c in first]
+    left = len(claims) - len(first)
+    lines = [f"{name}: {path}", *(f"  {text}" for text in said if text), table(rows)]
+    more = f"{left} more claim{'s' * (left > 1)} and the plots" if left else "the plots"
+    lines += [f"  lodbench report {path.parent}   writes {more} into report.html"]
+    out.say("\n".join(filter(None, lines)))
