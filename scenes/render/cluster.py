@@ -63,11 +63,13 @@ def cluster(
     """Connect to workers: so many of this machine, or those of a scheduler's address or file.
 
     Local workers are given ``threads`` each, or an even share of the cores, and end with the
-    context. ``say`` is told where to watch them, and when none is there yet. Raises InputError
-    where Dask is not installed, nothing answers, no worker comes, or one has other versions than
-    this process.
+    context. They take tasks from this process alone: all of them share a certificate that exists
+    only in their memory, listen on the loopback, and serve no page. ``say`` is told where to watch
+    a scheduler that has a page, and when it has no worker yet. Raises InputError where Dask is not
+    installed, nothing answers, no worker comes, or one has other versions than this process.
     """
     try:
+        import cryptography  # noqa: F401 # makes the certificate of local workers
         import distributed
     except ImportError:
         rule, cure = "needs Dask", "pip install 'lodbench[cluster]'"
@@ -85,7 +87,7 @@ def cluster(
                 rule = f"a Dask scheduler's address; {wrong}"
                 raise InputError("--cluster", where, rule, "see that it runs: dask scheduler")
             client = stack.enter_context(distributed.Client(address, timeout=_ANSWER_S))
-        say(f"lodbench: dashboard at {client.dashboard_link}")
+            say(f"lodbench: dashboard at {client.dashboard_link}")
         if not client.scheduler_info()["workers"]:
             _wait_for_a_worker(client, where, say)
         check_versions(client)
@@ -100,11 +102,16 @@ def _local(where: str, variant: str) -> Iterator[Any]:
     """
     import dask
     from distributed import LocalCluster
+    from distributed.security import Security
 
     if not 1 <= int(where) <= MOST_WORKERS:
         raise InputError("--cluster", where, f"from 1 to {MOST_WORKERS} workers", "try 2")
     # Whoever counts the tries of a frame is told of every worker that it ended.
-    settings = {"distributed.scheduler.allowed-failures": 0}
+    settings = {
+        "distributed.scheduler.allowed-failures": 0,
+        "distributed.scheduler.http.routes": [],
+        "distributed.worker.http.routes": [],
+    }
     with contextlib.ExitStack() as stack:
         folder = stack.enter_context(scratch_folder(dask.config.get("temporary-directory")))
         # The scheduler, too, keeps its locks there.
@@ -115,7 +122,10 @@ def _local(where: str, variant: str) -> Iterator[Any]:
                     n_workers=int(where),
                     threads_per_worker=1,
                     memory_limit=0,
-                    dashboard_address=":0",
+                    host="127.0.0.1",
+                    security=Security.temporary(),
+                    dashboard_address="127.0.0.1:0",
+                    scheduler_kwargs={"dashboard": False},
                     silence_logs=logging.CRITICAL,
                     env=trusting(variant) if variant else {},
                     local_directory=folder,

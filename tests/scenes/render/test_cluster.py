@@ -85,6 +85,26 @@ def test_a_worker_that_dies_on_the_way_changes_nothing(settings, two, tmp_path):
     assert all(record["kept"] for record in again) and hashes(again) == hashes(local)
 
 
+def test_workers_of_this_machine_take_tasks_from_this_process_alone(two):
+    """Another process of the machine finds no port but the loopback's, and no way in."""
+    from urllib.error import HTTPError
+    from urllib.request import urlopen
+
+    from distributed import Client
+    from psutil import Process
+
+    processes = [Process(), *Process().children(recursive=True)]
+    listening = [c.laddr for p in processes for c in p.net_connections() if c.status == "LISTEN"]
+    assert len(listening) >= 3 and {each.ip for each in listening} == {"127.0.0.1"}
+    for scheme in ("tcp", "tls"):
+        with pytest.raises((OSError, TypeError)):
+            address = two.client.scheduler.address.replace("tls", scheme)
+            Client(address, timeout=1).close()
+    dashboard = two.client.cluster.scheduler.http_server.port
+    with pytest.raises(HTTPError, match="404"):
+        urlopen(f"http://127.0.0.1:{dashboard}/status", timeout=5)
+
+
 def poisonous(settings, frame, path, threads, most_bytes):
     """Frame 7 ends its worker, frame 9 fails, the others are quick; each try leaves a mark."""
     from pathlib import Path
