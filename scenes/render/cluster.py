@@ -69,15 +69,16 @@ def cluster(
     installed, nothing answers, no worker comes, or one has other versions than this process.
     """
     try:
-        import cryptography  # noqa: F401 # makes the certificate of local workers
         import distributed
+
+        certificate = distributed.Security.temporary() if where.isdecimal() else None
     except ImportError:
-        rule, cure = "needs Dask", "pip install 'lodbench[cluster]'"
+        rule, cure = "needs Dask and cryptography", "pip install 'lodbench[cluster]'"
         raise InputError("--cluster", where, rule, cure) from None
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
     with contextlib.ExitStack() as stack:
         if where.isdecimal():
-            local = stack.enter_context(_local(where, variant))
+            local = stack.enter_context(_local(where, variant, certificate))
             with signals_held():
                 client = stack.enter_context(distributed.Client(local))
             threads = threads or max(1, (os.cpu_count() or 1) // int(where))
@@ -95,14 +96,13 @@ def cluster(
 
 
 @contextlib.contextmanager
-def _local(where: str, variant: str) -> Iterator[Any]:
+def _local(where: str, variant: str, certificate: Any) -> Iterator[Any]:
     """Start processes of this machine, one thread each, with as much memory as there is.
 
     Raises ChildProcessError where one of them ends while it starts.
     """
     import dask
     from distributed import LocalCluster
-    from distributed.security import Security
 
     if not 1 <= int(where) <= MOST_WORKERS:
         raise InputError("--cluster", where, f"from 1 to {MOST_WORKERS} workers", "try 2")
@@ -123,7 +123,7 @@ def _local(where: str, variant: str) -> Iterator[Any]:
                     threads_per_worker=1,
                     memory_limit=0,
                     host="127.0.0.1",
-                    security=Security.temporary(),
+                    security=certificate,
                     dashboard_address="127.0.0.1:0",
                     scheduler_kwargs={"dashboard": False},
                     silence_logs=logging.CRITICAL,
