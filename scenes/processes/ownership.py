@@ -25,6 +25,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from lod.errors import InputError
+
 NAME = ".lodbench"
 BEAT_S = 5.0
 SILENCE_S = 30.0
@@ -56,6 +58,21 @@ class Owned(Exception):
     def __init__(self, owner: Owner) -> None:
         super().__init__(f"process {owner.process} on {owner.host}")
         self.owner = owner
+
+
+@contextlib.contextmanager
+def owned(folder: Path, group: str, does: str) -> Iterator[None]:
+    """Own a folder as ``ownership`` does; raise InputError where another ``does`` something there.
+
+    Raises OSError where the folder cannot be written to.
+    """
+    with contextlib.ExitStack() as stack:
+        try:
+            stack.enter_context(ownership(folder, group))
+        except Owned as other:
+            cure = "wait for its end, or choose another folder"
+            raise InputError("folder", str(folder), f"{other} {does}", cure) from None
+        yield
 
 
 @contextlib.contextmanager

@@ -23,7 +23,7 @@ from scenes.files import (
     stray_partials,
 )
 from scenes.processes.memory_limit import peak_rss_bytes
-from scenes.processes.ownership import Owned, ownership
+from scenes.processes.ownership import owned
 from scenes.render.exr.header import FRAME, Record, Settings, settings_in
 
 Render = Callable[[Settings, int, Path], Record]
@@ -187,13 +187,9 @@ def owned_folder(folder: str | Path, settings: Settings) -> Iterator[None]:
     """
     folder = make_folder(folder)
     with contextlib.ExitStack() as stack:
-        try:
-            with _disk(folder):
-                stack.enter_context(ownership(folder, settings_hash(settings)))
-        except Owned as other:
-            rule = f"{other} renders there with other settings"
-            cure = "wait for its end, or choose another folder"
-            raise InputError("folder", str(folder), rule, cure) from None
+        with _disk(folder):
+            does = "renders there with other settings"
+            stack.enter_context(owned(folder, settings_hash(settings), does))
         yield
 
 

@@ -117,6 +117,32 @@ def test_without_a_writable_folder_one_line_says_so(
 
 
 @pytest.mark.usefixtures("before_numba")
+@pytest.mark.parametrize("inside", ["", "kernels", "named"])
+def test_nothing_is_kept_where_others_may_write(
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    inside: str,
+) -> None:
+    """Numba would run what they leave there; and what is made is for its owner alone."""
+    cache = tmp_path / "cache"
+    kernel_cache.use_kernel_cache([cache])
+    kernels = Path(os.environ.pop("NUMBA_CACHE_DIR"))
+    assert [path.stat().st_mode & 0o777 for path in (cache, kernels)] == [0o700, 0o700]
+    other = {"": cache, "kernels": kernels, "named": tmp_path / "named"}[inside]
+    other.mkdir(exist_ok=True)
+    if os.geteuid() == 0:
+        os.chown(other, 65534, -1)
+    else:
+        other.chmod(0o770)
+    if inside == "named":
+        monkeypatch.setenv("NUMBA_CACHE_DIR", str(other))
+    kernel_cache.use_kernel_cache([cache])
+    assert Path(os.environ["NUMBA_CACHE_DIR"]) != other
+    assert "others may write there: chmod go-w" in capsys.readouterr().err
+
+
+@pytest.mark.usefixtures("before_numba")
 def test_a_named_folder_has_precedence(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "named"))
     kernel_cache.use_kernel_cache([tmp_path])
