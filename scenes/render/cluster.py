@@ -75,7 +75,8 @@ def cluster(
     except ImportError:
         rule, cure = "needs Dask and cryptography", "pip install 'lodbench[cluster]'"
         raise InputError("--cluster", where, rule, cure) from None
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)
+    for logger in ("distributed", "distributed.client", "tornado.application"):
+        logging.getLogger(logger).setLevel(logging.CRITICAL)
     with contextlib.ExitStack() as stack:
         if where.isdecimal():
             local = stack.enter_context(_local(where, variant, certificate))
@@ -92,7 +93,10 @@ def cluster(
         if not client.scheduler_info()["workers"]:
             _wait_for_a_worker(client, where, say)
         check_versions(client)
-        yield Cluster(client, threads, most_bytes)
+        try:
+            yield Cluster(client, threads, most_bytes)
+        except distributed.CancelledError:
+            raise ConnectionError(f"{where}: the scheduler has gone") from None
 
 
 @contextlib.contextmanager

@@ -4,8 +4,10 @@ import contextlib
 import os
 import signal
 import socket
+import subprocess
 import sys
 import threading
+import time
 
 import cloudpickle
 import numpy as np
@@ -256,3 +258,35 @@ def test_a_worker_that_comes_late_is_waited_for():
         with cluster(growing.scheduler_address, say=said.append) as workers:
             assert len(workers.client.scheduler_info()["workers"]) == 1
     assert "has no worker yet" in said[-1]
+
+
+def slow(settings, frame, path, threads, most_bytes):
+    import time
+
+    time.sleep(60)
+
+
+def test_a_scheduler_that_is_killed_is_said_in_one_line(settings, tmp_path, capfd):
+    words = sys.executable, "-m", "distributed.cli.dask_scheduler", "--port", "0"
+    file = tmp_path / "scheduler.json"
+    scheduler = subprocess.Popen(
+        [*words, "--no-dashboard", "--scheduler-file", str(file)], stderr=subprocess.DEVNULL
+    )
+    while not file.exists():
+        assert scheduler.poll() is None
+        time.sleep(0.1)
+    words = sys.executable, "-m", "distributed.cli.dask_worker", "--no-dashboard"
+    worker = subprocess.Popen(
+        [*words, "--scheduler-file", str(file), "--no-nanny"], stderr=subprocess.DEVNULL
+    )
+    try:
+        job = open_job(tmp_path / "a.####.exr", [1, 2], settings)
+        with pytest.raises(ConnectionError, match="the scheduler has gone"):
+            with cluster(str(file)) as workers:
+                threading.Timer(1.0, scheduler.kill).start()
+                list(render_on_cluster(job, workers, slow))
+    finally:
+        for process in (worker, scheduler):
+            process.kill()
+            process.wait()
+    assert "Traceback" not in capfd.readouterr().err
