@@ -62,7 +62,7 @@ def command(
 
     asked = _asked(experiments, cluster, quick, seed, metric, stems)
     place = make_folder(folder)
-    with output(as_json) as out, owned(place, uuid.uuid4().hex, "measures there"):
+    with output(as_json) as out, owned(place, uuid.uuid4().hex, "measures there", out.note):
         kept = journal(place)
         if again:
             for each in asked:
