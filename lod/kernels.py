@@ -17,7 +17,7 @@ from numba.core.serialize import dumps
 __all__ = ["njit"]
 
 
-class _Sealed(CompileResultCacheImpl):  # type: ignore[misc]
+class _Sealed(CompileResultCacheImpl):
     def reduce(self, cres: Any) -> tuple[bytes, bytes]:
         code = dumps(super().reduce(cres))
         return hashlib.sha256(code).digest(), code

@@ -312,8 +312,8 @@ TENFOLD = {
     "by references": lambda k, n: f'def Xform "c{n}" (references = @l{k}.usda@) {{}}',
     "by payloads": lambda k, n: f'def Xform "c{n}" (payload = @l{k}.usda@) {{}}',
     "in variants": lambda k, n: (
-        f'def Xform "c{n}" (variants = {{string v = "a"}} prepend variantSets = "v") '
-        f'{{ variantSet "v" = {{ "a" (references = @l{k}.usda@) {{}} }} }}'
+        f'def Xform "c{n}" (\nvariants = {{\nstring v = "a"\n}}\nprepend variantSets = "v"\n) '
+        f'{{\nvariantSet "v" = {{\n"a" (references = @l{k}.usda@) {{\n}}\n}}\n}}'
     ),
 }
 
