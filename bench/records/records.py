@@ -278,11 +278,7 @@ def record_paths(folder: Path) -> list[Path]:
 
 def read_records(folder: Path) -> tuple[Record, ...]:
     """Read every record of a folder, ordered by experiment, the newest of each first."""
-    return in_order(map(read_record, record_paths(folder)))
-
-
-def in_order(records: Iterable[Record]) -> tuple[Record, ...]:
-    """Sort records by experiment, the newest of each first."""
+    records = map(read_record, record_paths(folder))
     newest_first = sorted(records, key=lambda r: r.made, reverse=True)
     return tuple(sorted(newest_first, key=lambda r: r.experiment))
 

@@ -11,7 +11,6 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import suppress
 from dataclasses import replace
-from itertools import chain
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
@@ -19,7 +18,7 @@ from typing import Any
 from bench.experiment import Progress, experiments, point_table, silent
 from bench.plots import alone
 from bench.records.probe import NOTE, SOURCES, has_changed, take_probe
-from bench.records.records import Record, in_order, pictures_of, read_record, record_paths
+from bench.records.records import Record, pictures_of, read_record, record_paths
 from bench.report.document import Section
 from bench.report.first_screen import TITLE
 from bench.report.pages import picture_path, plot_files, to_html, to_markdown
@@ -54,32 +53,35 @@ def write_report(
     for files of the same names that are no report's, unless ``overwrite``.
     """
     folder = Path(folder)
+    names = list(experiments())
+
+    def place(section: Section) -> tuple[int, str]:
+        name = section.record.experiment
+        return names.index(name) if name in names else len(names), name
+
     html, markdown = folder / "report.html", folder / "report.md"
     for path in (html, markdown):  # before the work of judging
         check_free(path, overwrite or _is_ours(path), "DIR")
-    names = list(experiments())
-
-    def place(record: Record) -> int:
-        return names.index(record.experiment) if record.experiment in names else len(names)
-
-    found = [(path, _shown(read_record, path, note)) for path in record_paths(folder)]
-    records = sorted(in_order(each for _, each in found if each), key=place)
-    made = _sections(records, progress, note)
-    if not made:
+    made = _sections(record_paths(folder), progress)
+    for why in made:
+        if isinstance(why, str):
+            note(why)
+    sections = [each for each in made if isinstance(each, Section)]
+    sections.sort(key=lambda each: each.record.made, reverse=True)
+    sections.sort(key=place)
+    if not sections:
         cure = f"make one with `lodbench run law -o {folder}`"
         raise InputError("DIR", str(folder), "a folder with at least one record", cure)
-    sections = [section for section, _ in made]
-    progress(2 * len(records), 2 * len(records) + 1, "pages")
+    progress(2 * len(made), 2 * len(made) + 1, "pages")
     files: dict[Path, str | bytes] = {html: to_html(sections), markdown: to_markdown(sections)}
-    files |= {folder / name: content for name, content in _claims(sections).items()}
-    files |= {folder / name: content for _, beside in made for name, content in beside.items()}
+    files |= {folder / name: content for name, content in _beside(sections).items()}
     for path in files:
         check_free(path, overwrite or _is_ours(path), "DIR")
     try:
         for path, content in files.items():
             path.parent.mkdir(parents=True, exist_ok=True)
+            data = content.encode("utf-8", "replace") if isinstance(content, str) else content
             with whole_file(path, overwrite=True) as temporary:
-                data = content.encode("utf-8", "replace") if isinstance(content, str) else content
                 temporary.write_bytes(data)
     except OSError as error:
         raise InputError("DIR", str(folder), f"a folder to write into ({error.strerror})") from None
@@ -101,18 +103,11 @@ def _is_ours(path: Path) -> bool:
     return False
 
 
-def _shown(work: Callable[[Any], Any], of: Any, note: Callable[[str], object]) -> Any:
-    """Do a record's part of the work; one that is damaged or hostile is told, and gives None."""
-    try:
-        return work(of)
-    except Exception as error:  # whatever a record holds, it does not spoil the others
-        kind = "" if isinstance(error, InputError) else f"{type(error).__name__}: "
-        note(f"{getattr(of, 'name', of)} is left out: {kind}{error}")
-        return None
+def _beside(sections: list[Section]) -> dict[str, str | bytes]:
+    """Give the files that stand beside the page: numbers, plots and pictures, by their names.
 
-
-def _claims(sections: list[Section]) -> dict[str, str | bytes]:
-    """Give the files of all claims, by their names."""
+    Raises InputError where a name would lead elsewhere.
+    """
     runs = [
         {
             "experiment": each.record.experiment,
@@ -128,27 +123,21 @@ def _claims(sections: list[Section]) -> dict[str, str | bytes]:
         for s in sections
         for c in s.claims
     ]
-    return {
+    files: dict[str, str | bytes] = {
         "claims.csv": _csv((*_RUN, *_CLAIM), rows),
         "claims.json": json.dumps(runs, indent=1, ensure_ascii=False, allow_nan=False) + "\n",
     }
-
-
-def _beside(section: Section) -> dict[str, str | bytes]:
-    """Give the files of a section that stand beside the page: points, plots and pictures.
-
-    Raises InputError where a name would lead elsewhere.
-    """
-    sha256 = section.record.sha256
-    heads, points = point_table(section.record.points, most_columns=10**6)
-    table = _csv(("record_sha256", *heads), [(sha256, *row) for row in points])
-    files: dict[str, str | bytes] = {f"tables/{section.anchor}.csv": table}
-    for plot in section.plots:
-        files |= {path: alone(svg) for path, (svg, _) in plot_files(section, plot).items()}
-    for each in section.pictures:
-        for number, (_, data) in enumerate(each.layers):
-            files[picture_path(section, each, number)] = base64.b64decode(data)
-    if wrong := [name for name in files if not re.fullmatch(r"(tables|plots)/[\w.-]+", name)]:
+    for section in sections:
+        sha256 = section.record.sha256
+        heads, points = point_table(section.record.points, most_columns=10**6)
+        table = _csv(("record_sha256", *heads), [(sha256, *row) for row in points])
+        files[f"tables/{section.anchor}.csv"] = table
+        for plot in section.plots:
+            files |= {path: alone(svg) for path, (svg, _) in plot_files(section, plot).items()}
+        for each in section.pictures:
+            for number, (_, data) in enumerate(each.layers):
+                files[picture_path(section, each, number)] = base64.b64decode(data)
+    if wrong := [name for name in files if not re.fullmatch(r"((tables|plots)/)?[\w.-]+", name)]:
         raise InputError("record", wrong[0], "files of a report are named by letters and digits")
     return files
 
@@ -159,10 +148,8 @@ def _csv(heads: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
     return stream.getvalue()
 
 
-def _sections(
-    records: Sequence[Record], progress: Progress, note: Callable[[str], object]
-) -> list[tuple[Section, dict[str, str | bytes]]]:
-    """Make the section of every record and its files, as many at once as there are processors.
+def _sections(paths: Sequence[Path], progress: Progress) -> list[Section | str]:
+    """Make the section of every record, or say why not, as many at once as there are processors.
 
     Drawing is what takes the time. Processes are forked where the system can, so that nothing is
     imported twice.
@@ -170,37 +157,33 @@ def _sections(
 
     def told(results: Iterable[Any], doing: str, before: int = 0) -> Iterator[Any]:
         coming = iter(results)
-        for number, record in enumerate(records, before):
-            progress(number, 2 * len(records) + 1, f"{doing} {record.experiment}")
+        for number, path in enumerate(paths, before):
+            progress(number, 2 * len(paths) + 1, f"{doing} {path.stem}")
             yield next(coming)
 
-    workers = min(len(records), os.cpu_count() or 1)
+    workers = min(len(paths), os.cpu_count() or 1)
     if workers < 2 or not hasattr(os, "fork"):
-        made = list(told(map(_section_or_why, records), "drawing"))
+        made = list(told(map(_section_or_why, paths), "drawing"))
     else:
         with ProcessPoolExecutor(workers, get_context("fork")) as pool:
-            made = list(told(pool.map(_section_or_why, records), "drawing"))
-    for line in chain.from_iterable(why for _, why in made):
-        note(line)
+            made = list(told(pool.map(_section_or_why, paths), "drawing"))
     # Here, and after: what renders must not be forked.
-    marks = told(map(stale, records), "probe of", len(records))
-    return [
-        (replace(each[0], stale=mark), each[1])
-        for (each, _), mark in zip(made, marks, strict=True)
-        if each
-    ]
+    return list(told(map(_marked, made), "probe of", len(paths)))
 
 
-def _section_or_why(record: Record) -> tuple[Any, list[str]]:
-    """Work out a record's section and its files, or None; and what is to be noted."""
-    why: list[str] = []
-    return _shown(_section_and_files, record, why.append), why
+def _section_or_why(path: Path) -> Section | str:
+    try:
+        section = _section(read_record(path))
+        to_markdown([section])  # what cannot be shown fails here, and spoils no other
+        _beside([section])
+        return section
+    except Exception as error:  # a record may be damaged, or made to do harm
+        kind = "" if isinstance(error, InputError) else f"{type(error).__name__}: "
+        return f"{path.name} is left out: {kind}{error}"
 
 
-def _section_and_files(record: Record) -> tuple[Section, dict[str, str | bytes]]:
-    section = _section(record)
-    to_markdown([section])  # what cannot be shown fails here, and not with all the others
-    return section, _beside(section)
+def _marked(made: Section | str) -> Section | str:
+    return made if isinstance(made, str) else replace(made, stale=stale(made.record))
 
 
 def _section(record: Record) -> Section:
