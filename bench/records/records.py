@@ -259,12 +259,9 @@ def read_record(path: Path) -> Record:
         TypeAdapter(Record).validate_json(canonical, strict=True)
         record = _record(body["content"])  # with numbers as they stand there, for their hash
         pictures_of(record)
-    except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join(map(str, first["loc"]))
-        raise refused(f"content as the schema has it ({where}: {first['msg']})") from None
-    except TypeError as error:  # a key that the schema does not have
-        raise refused(f"content as the schema has it ({error})") from None
+    except (ValidationError, TypeError) as error:  # TypeError of a key that it does not have
+        what = " ".join(str(error).split())[:200]
+        raise refused(f"content as the schema has it ({what})") from None
     name = f"{record.experiment}-{sha256[:_IN_NAME]}.json"
     if Path(path).name != name or not _NAMED.fullmatch(name):
         raise refused(f"it is named for its experiment and its SHA-256, {name!r}")

@@ -61,16 +61,10 @@ class Owned(Exception):
         self.owner = owner
 
 
-Note = Callable[[str], object]
-"""A function that is called with what someone who waits may want to know."""
-
-
-def _ignore(text: str) -> None:
-    """Tell nobody."""
-
-
 @contextlib.contextmanager
-def owned(folder: Path, group: str, does: str, note: Note = _ignore) -> Iterator[None]:
+def owned(
+    folder: Path, group: str, does: str, note: Callable[[str], object] = lambda text: None
+) -> Iterator[None]:
     """Own a folder as ``ownership`` does; raise InputError where another ``does`` something there.
 
     Raises OSError where the folder cannot be written to.
@@ -85,7 +79,9 @@ def owned(folder: Path, group: str, does: str, note: Note = _ignore) -> Iterator
 
 
 @contextlib.contextmanager
-def ownership(folder: Path, group: str, note: Note = _ignore) -> Iterator[None]:
+def ownership(
+    folder: Path, group: str, note: Callable[[str], object] = lambda text: None
+) -> Iterator[None]:
     """Own a folder, together with processes of the same group alone.
 
     ``note`` is told of an owner that is watched for TOLD_S. Raises Owned where another group owns
@@ -185,7 +181,7 @@ def _listed(folder: Path) -> list[Path]:
     return sorted(folder.iterdir())
 
 
-def _alive(path: Path, note: Note) -> Owner | None:
+def _alive(path: Path, note: Callable[[str], object]) -> Owner | None:
     """Give an owner that shows life, if need be after watching it; None of others."""
     first, start, told = _read(path), time.monotonic(), False
     while first and not _is_proven_dead(path, first[1]):

@@ -23,7 +23,7 @@ from scenes.files import (
     stray_partials,
 )
 from scenes.processes.memory_limit import peak_rss_bytes
-from scenes.processes.ownership import Note, owned
+from scenes.processes.ownership import owned
 from scenes.render.exr.header import FRAME, Record, Settings, settings_in
 
 Render = Callable[[Settings, int, Path], Record]
@@ -182,7 +182,7 @@ def _done(path: Path, frame: int, settings: Settings) -> str | None:
 
 @contextlib.contextmanager
 def owned_folder(
-    folder: str | Path, settings: Settings, note: Note = lambda text: None
+    folder: str | Path, settings: Settings, note: Callable[[str], object] = lambda text: None
 ) -> Iterator[None]:
     """Keep everyone with other settings out of a folder; several of the same may share it.
 
