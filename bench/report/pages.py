@@ -143,9 +143,8 @@ def _pieces(section: Any, block: Block, level: str = "###") -> Iterator[str]:
             paths = (picture_path(section, pictures, number) for number in range(len(labels)))
             alts = (_cell(f"{label}. {pictures.alt}") for label in labels)
             cells = [f"![{a}]({b})" for a, b in zip(alts, paths, strict=True)]
-            shown = _row(labels), _row(["---"] * len(labels)), _row(cells, quoted=False)
-            said = _cell(pictures.title), _cell(pictures.caption)
-            yield f"{level} {said[0]}\n\n{said[1]}\n\n" + "\n".join(shown)
+            rows = f"{_table(labels, ())}\n| {' | '.join(cells)} |"
+            yield f"{level} {_cell(pictures.title)}\n\n{_cell(pictures.caption)}\n\n{rows}"
         case ListBlock(title, items):
             yield f"{level} {title}\n\n" + "\n".join(f"- {item}" for item in items)
         case OriginBlock(heads, rows, command):
@@ -158,11 +157,8 @@ def _verdict(claim: Claim) -> str:
 
 
 def _table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    return "\n".join(map(_row, [heads, ["---"] * len(heads), *rows]))
-
-
-def _row(cells: Sequence[str], quoted: bool = True) -> str:
-    return "| " + " | ".join(map(_cell, cells) if quoted else cells) + " |"
+    lines = [heads, ["---"] * len(heads), *rows]
+    return "\n".join("| " + " | ".join(_cell(cell) for cell in line) + " |" for line in lines)
 
 
 def _cell(text: str) -> str:

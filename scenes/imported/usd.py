@@ -121,14 +121,11 @@ def _count_specs(path: Path) -> None:
 _ARCS = ("references", "payload", "inheritPaths", "specializes", "variantSetNames", "clips")
 MOST_COMPOSED_BYTES, MOST_COMPOSED_S = 2**32, 20
 _COMPOSE = """
-import os, resource, sys
-resource.setrlimit(resource.RLIMIT_AS, (int(sys.argv[2]),) * 2)
-resource.setrlimit(resource.RLIMIT_CPU, (int(sys.argv[3]),) * 2)
+import resource, sys
+for kind, most in zip((resource.RLIMIT_AS, resource.RLIMIT_CPU), map(int, sys.argv[2:])):
+    resource.setrlimit(kind, (most, most))
 from pxr import Usd
-try:
-    Usd.Stage.Open(sys.argv[1])
-except MemoryError:
-    os.abort()
+Usd.Stage.Open(sys.argv[1])
 """
 
 
@@ -137,10 +134,9 @@ def _try_to_compose(path: Path) -> None:
 
     A process with limits composes them, which ends as it must; what else it finds is found again.
     """
-    limits = str(MOST_COMPOSED_BYTES), str(MOST_COMPOSED_S)
-    words = [sys.executable, "-c", _COMPOSE, str(path), *limits]
+    words = sys.executable, "-c", _COMPOSE, path, f"{MOST_COMPOSED_BYTES}", f"{MOST_COMPOSED_S}"
     ended = subprocess.run(words, stdin=subprocess.DEVNULL, capture_output=True, check=False)
-    if ended.returncode < 0:
+    if ended.returncode < 0 or b"MemoryError" in ended.stderr:
         rule = f"composes within {MOST_COMPOSED_BYTES} bytes and {MOST_COMPOSED_S} s"
         raise InputError(path.name, "its references", rule, "take some away, or flatten it")
 
