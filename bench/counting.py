@@ -15,12 +15,12 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float64
-from numba import njit
 
 from bench.records.provenance import scene_digest
 from lod.air import Air, least_extinction
 from lod.arrays import Ints, Reals
 from lod.camera import Corner, camera_from_heading
+from lod.kernels import njit
 from lod.law import (
     chained_limits,
     count_moments,

@@ -9,8 +9,8 @@ the two take turns, so that what else the machine does slows both.
 import time
 
 import numpy as np
-from numba import njit
 
+from lod.kernels import njit
 from scenes.rig.rig import Rig
 from scenes.rig.rotations import matrices, quaternion_product, rotate_vector
 

@@ -20,6 +20,8 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+from pydantic import TypeAdapter
+
 from bench.experiment import Case, Experiment, Progress, silent
 from bench.records.probe import CASES, NOTE, SOURCES, take_probe
 from bench.records.provenance import Provenance, machine, provenance, scene_digest
@@ -128,7 +130,8 @@ class Journal:
             record = read_record(path) if found else None
         except InputError:
             return None
-        return path if record and record.experiment == asked.name else None
+        same = record and (record.experiment, record.quick, record.provenance.seed)
+        return path if same == (asked.name, asked.quick, asked.seed) else None
 
     def finished(self, asked: RunRequest, record: Path) -> None:
         """Note that a record is finished; its cases need not be kept any longer."""
@@ -155,7 +158,7 @@ class Journal:
                 folder / f"{_sha256(case.func.__qualname__, case.args, case.keywords, seed)}.json"
                 for case, seed in cases
             ]
-            done = [_read(path) for path in paths]
+            done = [_case(path) for path in paths]
             left = [case for case, data in zip(cases, done, strict=True) if data is None]
             measured = each(function, left)
             for path, data in zip(paths, done, strict=True):
@@ -290,8 +293,19 @@ def _read(path: Path) -> Any:
     try:
         held = json.loads(path.read_text(encoding="utf-8"))
         return held["data"] if held["sha256"] == _sha256(held["data"]) else None
-    except (OSError, ValueError, TypeError, KeyError):
+    except (OSError, ValueError, TypeError, KeyError, RecursionError):
         return None
+
+
+def _case(path: Path) -> Any:
+    """Return a measured case of the journal; None where its file has another shape."""
+    data = _read(path)
+    with contextlib.suppress(ValueError, TypeError, KeyError):
+        tuple(map(point_from_json, data["points"]))
+        TypeAdapter(list[Point]).validate_json(json.dumps(data["points"]), strict=True)
+        if all(isinstance(data["made"][name], float | int) for name in spent_since()):
+            return data
+    return None
 
 
 def _write(path: Path, data: Any) -> None:

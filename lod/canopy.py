@@ -22,9 +22,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float64
-from numba import njit
 
 from lod.arrays import ArrayData, FloatArray, Reals
+from lod.kernels import njit
 
 PerKind = Float64[np.ndarray, "n k"]
 Colours = Float64[np.ndarray, "n 3"]

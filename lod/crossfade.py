@@ -15,9 +15,9 @@ simplification of aggregate detail", SIGGRAPH).
 import math
 
 import numpy as np
-from numba import njit
 
 from lod.arrays import Points, Reals
+from lod.kernels import njit
 from lod.pruner import BlendWeights, Cut
 from lod.threads import map_chunks
 from lod.view import View, compile_view, distance_to, entry_fraction, sphere_in_frustum

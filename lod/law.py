@@ -18,11 +18,11 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from lod.arrays import ArrayData, FloatArray, Reals
 from lod.eye import CONTRAST_CLASSES
 from lod.hierarchy import Hierarchy
+from lod.kernels import njit
 from lod.metric import Metric
 from lod.threads import map_chunks
 from lod.view import View

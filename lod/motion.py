@@ -55,10 +55,10 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from lod.arrays import Points, Reals
 from lod.camera import GRID_M, Camera, Corner
+from lod.kernels import njit
 
 STEPS_PER_OCTAVE = 8
 """Steps of the motion scale to each doubling of m."""

@@ -17,11 +17,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from scipy import stats
 from scipy.spatial import cKDTree
 
 from lod.arrays import Reals
+from lod.kernels import njit
 from lod.law import count_variance, expected_count
 
 PairCorrelation = Callable[[Reals], Reals]

@@ -16,9 +16,9 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numba import njit
 
 from lod.arrays import ArrayData, FlagArray, Flags, FloatArray, IntArray, Ints, Reals
+from lod.kernels import njit
 from lod.shapes import Sticks
 
 WINDOW = 32

@@ -9,11 +9,11 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from lod.camera import Camera
 from lod.errors import InputError
 from lod.hierarchy import Hierarchy
+from lod.kernels import njit
 from lod.metric import Metric, limit_distances
 from lod.motion import ShutterInterval, motion_coarsening
 from lod.viewing import ViewingConditions

@@ -24,11 +24,12 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float64
-from numba import njit, types
+from numba import types
 from numba.extending import intrinsic
 
 from lod.arrays import Reals
 from lod.camera import STEP_M, Corner
+from lod.kernels import njit
 from lod.threads import map_chunks
 
 _M0, _M1 = np.uint64(0xD2E7470EE14C6C93), np.uint64(0xCA5A826395121157)

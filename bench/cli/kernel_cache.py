@@ -15,7 +15,6 @@ import shutil
 import sys
 import tempfile
 from collections.abc import Sequence
-from contextlib import suppress
 from pathlib import Path
 
 import click
@@ -41,19 +40,25 @@ def use_kernel_cache(parents: Sequence[Path] | None = None) -> None:
     if "numba" in sys.modules:
         return
     if named := os.environ.pop(VARIABLE, None):
-        with suppress(OSError):
+        try:
             _make_usable(Path(named))
             os.environ[VARIABLE] = named
             return
-        click.echo(f"lodbench: {VARIABLE}={named}: it cannot hold compiled kernels", err=True)
+        except OSError as error:
+            why = f"it cannot hold compiled kernels ({error.strerror})"
+            click.echo(f"lodbench: {VARIABLE}={named}: {why}", err=True)
     name = f"kernels-{source_digest(PACKAGES)[:16]}"
+    said = []
     for parent in cache_folders() if parents is None else parents:
-        with suppress(OSError):
+        try:
+            make_writable(parent)
             _make_usable(parent / name)
             os.utime(parent / name)  # marks it as used
             _remove_all_but_newest(parent)
             os.environ[VARIABLE] = str(parent / name)
             return
+        except OSError as error:
+            said.append(f"{parent}: {error.strerror}")
     try:
         folder = tempfile.mkdtemp(prefix=_TEMPORARY)
     except OSError:
@@ -63,7 +68,7 @@ def use_kernel_cache(parents: Sequence[Path] | None = None) -> None:
     os.environ[VARIABLE] = folder
     click.echo(
         "lodbench: no writable folder for compiled kernels: they are compiled for this run only"
-        f" ({VARIABLE} names a folder)",
+        f" ({'; '.join(said)}; {VARIABLE} names a folder)",
         err=True,
     )
 

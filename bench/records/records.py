@@ -19,11 +19,11 @@ from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field, fields
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from PIL import Image
-from pydantic import TypeAdapter
+from pydantic import AfterValidator, StringConstraints, TypeAdapter, ValidationError
 
 from bench.records.claims import JSON_VERDICT, Claim, claim_from
 from bench.records.provenance import Provenance
@@ -238,8 +238,10 @@ def read_record(path: Path) -> Record:
         return InputError("record", str(path), rule, "run it again")
 
     try:
+        if not Path(path).is_file():
+            raise OSError("no file is there")
         body = json.loads(Path(path).read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RecursionError) as error:
         raise refused(f"a readable JSON file ({error})") from None
     if not isinstance(body, dict) or body.get("format") != FORMAT:
         raise InputError("record", str(path), f"its format is {FORMAT}", "give a record's path")
@@ -247,26 +249,38 @@ def read_record(path: Path) -> Record:
         rule = f"format version {FORMAT_VERSION}"
         raise InputError(f"record {path}", arrived, rule, "run it again")
     try:
-        sha256 = _hash(body.get("content"))
-    except ValueError as error:
+        canonical = _canonical(body.get("content"))
+    except (ValueError, RecursionError) as error:
         raise refused(f"finite numbers alone ({error})") from None
-    if body.get("sha256") != sha256 or sha256[:_IN_NAME] not in Path(path).name:
+    sha256 = hashlib.sha256(canonical.encode()).hexdigest()
+    if body.get("sha256") != sha256:
         raise refused("its content has the SHA-256 it names")
     try:
-        return _record(body["content"])
-    except (TypeError, ValueError, KeyError, AttributeError) as error:
-        name = type(error).__name__
-        raise refused(f"content as the schema has it ({name}: {error})") from None
+        TypeAdapter(Record).validate_json(canonical, strict=True)
+        record = _record(body["content"])  # with numbers as they stand there, for their hash
+        pictures_of(record)
+    except (ValidationError, TypeError) as error:  # TypeError of a key that it does not have
+        what = " ".join(str(error).split())[:200]
+        raise refused(f"content as the schema has it ({what})") from None
+    name = f"{record.experiment}-{sha256[:_IN_NAME]}.json"
+    if Path(path).name != name or not _NAMED.fullmatch(name):
+        raise refused(f"it is named for its experiment and its SHA-256, {name!r}")
+    return record
+
+
+def record_paths(folder: Path) -> list[Path]:
+    """List the files of a folder that are named as records are."""
+    return sorted(p for p in Path(folder).glob("*-*.json") if _NAMED.fullmatch(p.name))
 
 
 def read_records(folder: Path) -> tuple[Record, ...]:
     """Read every record of a folder, ordered by experiment, the newest of each first."""
-    paths = sorted(p for p in Path(folder).glob("*-*.json") if _NAMED.fullmatch(p.name))
-    newest_first = sorted((read_record(path) for path in paths), key=lambda r: r.made, reverse=True)
+    records = map(read_record, record_paths(folder))
+    newest_first = sorted(records, key=lambda r: r.made, reverse=True)
     return tuple(sorted(newest_first, key=lambda r: r.experiment))
 
 
-_NAMED = re.compile(rf"[a-z_]+-[0-9a-f]{{{_IN_NAME}}}\.json")
+_NAMED = re.compile(rf"[a-z0-9_-]+-[0-9a-f]{{{_IN_NAME}}}\.json")
 
 
 def _record(content: dict[str, Any]) -> Record:
@@ -277,9 +291,12 @@ def _record(content: dict[str, Any]) -> Record:
     return Record(**data)
 
 
+def _canonical(content: Any) -> str:
+    return json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
+
+
 def _hash(content: Any) -> str:
-    canonical = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
-    return hashlib.sha256(canonical.encode()).hexdigest()
+    return hashlib.sha256(_canonical(content).encode()).hexdigest()
 
 
 def _text(body: dict[str, Any]) -> str:
@@ -291,15 +308,20 @@ def _text(body: dict[str, Any]) -> str:
 NOTE = "pictures"
 
 
+def _base64(text: str) -> str:
+    base64.b64decode(text, validate=True)
+    return text
+
+
 @dataclass(frozen=True)
 class Pictures:
     """Pictures of one view and one size; ``layers`` are their names and WebP files in base64."""
 
-    name: str
+    name: Annotated[str, StringConstraints(pattern="^[a-z0-9_-]+$")]
     title: str
     caption: str
     alt: str
-    layers: tuple[tuple[str, str], ...]
+    layers: tuple[tuple[str, Annotated[str, AfterValidator(_base64)]], ...]
 
 
 def pictures(
@@ -325,11 +347,8 @@ def pictures(
 
 
 def pictures_of(record: Record) -> tuple[Pictures, ...]:
-    """Return the pictures that a record holds, in their order."""
-    return tuple(
-        Pictures(**{**each, "layers": tuple((label, data) for label, data in each["layers"])})
-        for each in record.notes.get(NOTE, ())
-    )
+    """Return the pictures that a record holds, in their order. Raises ValueError for others."""
+    return TypeAdapter(tuple[Pictures, ...]).validate_python(record.notes.get(NOTE, ()))
 
 
 _SHA256 = {"type": "string", "pattern": "^[0-9a-f]{64}$"}

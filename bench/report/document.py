@@ -4,6 +4,7 @@ A section is one record; its blocks are what a reader meets, one after the other
 each kind of block looks, and nothing of what stands in it; ``first_screen`` says what comes first.
 """
 
+import shlex
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
@@ -284,7 +285,7 @@ def run_command(record: Record) -> str:
     """Write the command that measures a record's topics again."""
     topics = dict.fromkeys(str(p.case.get("topic", record.experiment)) for p in record.points)
     quick = " --quick" if record.quick else ""
-    return f"lodbench run {' '.join(topics) or record.experiment}{quick}"
+    return f"lodbench run {shlex.join(topics) or record.experiment}{quick}"
 
 
 def _provenance_rows(record: Record) -> list[tuple[str, str]]:

@@ -5,6 +5,7 @@ markup stands in two templates beside this file: ``page.html``, and ``blocks.htm
 macro for each kind of block. In Markdown, plots and pictures are files beside the text.
 """
 
+import re
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -99,7 +100,7 @@ def to_markdown(sections: Sequence[Section]) -> str:
         pieces += [f"**{section.stale}**"] if section.stale else []
         pieces += [piece for block in section.blocks() for piece in _pieces(section, block)]
     pieces += ["## Words and symbols", _table(("word", "meaning"), GLOSSARY)]
-    return "\n\n".join(pieces) + "\n"
+    return "\n\n".join(pieces).replace("<", "&lt;") + "\n"  # no record writes HTML
 
 
 def plot_files(section: Section, plot: Plot) -> dict[str, tuple[str, str]]:
@@ -126,27 +127,29 @@ def _pieces(section: Any, block: Block, level: str = "###") -> Iterator[str]:
                 )
                 for each in rows
             ]
-            yield f"{level} {title}\n\n" + _table(heads[:-1], marked)
+            yield f"{level} {_cell(title)}\n\n" + _table(heads[:-1], marked)
         case TableBlock(title, heads, rows):
-            yield f"{level} {title}\n\n" + _table(heads, rows)
+            yield f"{level} {_cell(title)}\n\n" + _table(heads, rows)
         case ClaimsBlock(title, heads, claims, _, whole):
             told = [(_verdict(each), *claim_cells(each, whole)) for each in claims]
-            yield f"{level} {title}\n\n" + _table(heads, told)
+            yield f"{level} {_cell(title)}\n\n" + _table(heads, told)
         case PlotsBlock(plots):
             for plot in plots:
                 files = plot_files(section, plot)
-                images = " ".join(f"![{alt}]({path})" for path, (_, alt) in files.items())
-                yield f"{level} {plot.title}\n\n{images}\n\n{plot.caption}"
+                images = " ".join(f"![{_cell(alt)}]({path})" for path, (_, alt) in files.items())
+                yield f"{level} {_cell(plot.title)}\n\n{images}\n\n{_cell(plot.caption)}"
         case PicturesBlock(pictures):
             labels = [label for label, _ in pictures.layers]
             paths = (picture_path(section, pictures, number) for number in range(len(labels)))
-            cells = [f"![{a}. {pictures.alt}]({b})" for a, b in zip(labels, paths, strict=True)]
-            yield f"{level} {pictures.title}\n\n{pictures.caption}\n\n{_table(labels, [cells])}"
+            alts = (_cell(f"{label}. {pictures.alt}") for label in labels)
+            cells = [f"![{a}]({b})" for a, b in zip(alts, paths, strict=True)]
+            rows = f"{_table(labels, ())}\n| {' | '.join(cells)} |"
+            yield f"{level} {_cell(pictures.title)}\n\n{_cell(pictures.caption)}\n\n{rows}"
         case ListBlock(title, items):
             yield f"{level} {title}\n\n" + "\n".join(f"- {item}" for item in items)
         case OriginBlock(heads, rows, command):
             yield f"{level} Where it comes from\n\n" + _table(heads, rows)
-            yield f"Repeat it: `{command}`"
+            yield f"Repeat it: `{_cell(command)}`"
 
 
 def _verdict(claim: Claim) -> str:
@@ -159,4 +162,5 @@ def _table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 
 
 def _cell(text: str) -> str:
-    return text.replace("|", "\\|").replace("\n", " ")
+    """Write a text in one line, as what it is: no cell, link or picture begins in it."""
+    return re.sub(r"[|\[\]]", r"\\\g<0>", " ".join(text.split()))

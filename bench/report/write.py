@@ -5,8 +5,11 @@ import csv
 import io
 import json
 import os
-from collections.abc import Iterable, Iterator, Sequence
+import re
+import warnings
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import suppress
 from dataclasses import replace
 from multiprocessing import get_context
 from pathlib import Path
@@ -15,12 +18,13 @@ from typing import Any
 from bench.experiment import Progress, experiments, point_table, silent
 from bench.plots import alone
 from bench.records.probe import NOTE, SOURCES, has_changed, take_probe
-from bench.records.records import Record, pictures_of, read_records
+from bench.records.records import Record, pictures_of, read_record, record_paths
 from bench.report.document import Section
+from bench.report.first_screen import TITLE
 from bench.report.pages import picture_path, plot_files, to_html, to_markdown
 from bench.runs import sources
 from lod.errors import InputError
-from scenes.files import check_free, made_by_lodbench, whole_file
+from scenes.files import check_free, whole_file
 
 NO_PROBE = (
     "Of older code: this record keeps no probe by which to tell whether it would come out so."
@@ -32,49 +36,78 @@ _CLAIM = (
     *("name", "verdict", "estimand", "relation", "value", "margin", "measured", "low", "high"),
     *("unit", "where", "source", "kind", "sentence"),
 )
-"""The columns of claims.csv, after those of the record."""
+_RUN = ("experiment", "quick", "record_sha256")
+"""The columns of claims.csv: those of the record, and after them those of a claim."""
 
 
 def write_report(
-    folder: Path, overwrite: bool = False, progress: Progress = silent
+    folder: Path,
+    overwrite: bool = False,
+    progress: Progress = silent,
+    note: Callable[[str], object] = warnings.warn,
 ) -> tuple[Path, Path]:
     """Write report.html, report.md and the plots beside it; give the paths of the two.
 
-    An earlier report is replaced. Raises InputError for a folder without records, for one that
-    cannot be written, and for files of the same names that are no report's, unless ``overwrite``.
+    An earlier report is replaced. ``note`` is told of each record that is left out, and why. Raises
+    InputError for a folder without records that can be shown, for one that cannot be written, and
+    for files of the same names that are no report's, unless ``overwrite``.
     """
     folder = Path(folder)
     names = list(experiments())
 
-    def place(record: Record) -> int:
-        return names.index(record.experiment) if record.experiment in names else len(names)
+    def place(section: Section) -> tuple[int, str]:
+        name = section.record.experiment
+        return names.index(name) if name in names else len(names), name
 
-    records = sorted(read_records(folder), key=place)
-    if not records:
+    html, markdown = folder / "report.html", folder / "report.md"
+    for path in (html, markdown):  # before the work of judging
+        check_free(path, overwrite or _is_ours(path), "DIR")
+    made = _sections(record_paths(folder), progress)
+    for why in made:
+        if isinstance(why, str):
+            note(why)
+    sections = [each for each in made if isinstance(each, Section)]
+    sections.sort(key=lambda each: each.record.made, reverse=True)
+    sections.sort(key=place)
+    if not sections:
         cure = f"make one with `lodbench run law -o {folder}`"
         raise InputError("DIR", str(folder), "a folder with at least one record", cure)
-    html, markdown = folder / "report.html", folder / "report.md"
-    replaces = overwrite or made_by_lodbench(html)
-    for path in (html, markdown):  # before the work of judging
-        check_free(path, replaces, "DIR")
-    sections = _sections(records, progress)
-    progress(2 * len(records), 2 * len(records) + 1, "pages")
+    progress(2 * len(made), 2 * len(made) + 1, "pages")
     files: dict[Path, str | bytes] = {html: to_html(sections), markdown: to_markdown(sections)}
     files |= {folder / name: content for name, content in _beside(sections).items()}
     for path in files:
-        check_free(path, replaces, "DIR")
+        check_free(path, overwrite or _is_ours(path), "DIR")
     try:
         for path, content in files.items():
             path.parent.mkdir(parents=True, exist_ok=True)
+            data = content.encode("utf-8", "replace") if isinstance(content, str) else content
             with whole_file(path, overwrite=True) as temporary:
-                temporary.write_bytes(content.encode() if isinstance(content, str) else content)
+                temporary.write_bytes(data)
     except OSError as error:
         raise InputError("DIR", str(folder), f"a folder to write into ({error.strerror})") from None
     return html, markdown
 
 
+_MARKS = {
+    "report.html": f"<title>{TITLE}</title>",
+    "report.md": f"# {TITLE}\n",
+    "claims.csv": ",".join((*_RUN, *_CLAIM)),
+    "claims.json": '"record_sha256": "',
+}
+"""What stands near the beginning of each file of a report; others bear a record's hash as name."""
+
+
+def _is_ours(path: Path) -> bool:
+    with suppress(OSError), path.open("rb") as file:
+        return path.name not in _MARKS or _MARKS[path.name].encode() in file.read(2**12)
+    return False
+
+
 def _beside(sections: list[Section]) -> dict[str, str | bytes]:
-    """Give the files that stand beside the page: numbers, plots and pictures, by their names."""
+    """Give the files that stand beside the page: numbers, plots and pictures, by their names.
+
+    Raises InputError where a name would lead elsewhere.
+    """
     runs = [
         {
             "experiment": each.record.experiment,
@@ -91,7 +124,7 @@ def _beside(sections: list[Section]) -> dict[str, str | bytes]:
         for c in s.claims
     ]
     files: dict[str, str | bytes] = {
-        "claims.csv": _csv(("experiment", "quick", "record_sha256", *_CLAIM), rows),
+        "claims.csv": _csv((*_RUN, *_CLAIM), rows),
         "claims.json": json.dumps(runs, indent=1, ensure_ascii=False, allow_nan=False) + "\n",
     }
     for section in sections:
@@ -104,6 +137,8 @@ def _beside(sections: list[Section]) -> dict[str, str | bytes]:
         for each in section.pictures:
             for number, (_, data) in enumerate(each.layers):
                 files[picture_path(section, each, number)] = base64.b64decode(data)
+    if wrong := [name for name in files if not re.fullmatch(r"((tables|plots)/)?[\w.-]+", name)]:
+        raise InputError("record", wrong[0], "files of a report are named by letters and digits")
     return files
 
 
@@ -113,8 +148,8 @@ def _csv(heads: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
     return stream.getvalue()
 
 
-def _sections(records: Sequence[Record], progress: Progress) -> list[Section]:
-    """Make the section of every record, as many at once as there are processors.
+def _sections(paths: Sequence[Path], progress: Progress) -> list[Section | str]:
+    """Make the section of every record, or say why not, as many at once as there are processors.
 
     Drawing is what takes the time. Processes are forked where the system can, so that nothing is
     imported twice.
@@ -122,19 +157,33 @@ def _sections(records: Sequence[Record], progress: Progress) -> list[Section]:
 
     def told(results: Iterable[Any], doing: str, before: int = 0) -> Iterator[Any]:
         coming = iter(results)
-        for number, record in enumerate(records, before):
-            progress(number, 2 * len(records) + 1, f"{doing} {record.experiment}")
+        for number, path in enumerate(paths, before):
+            progress(number, 2 * len(paths) + 1, f"{doing} {path.stem}")
             yield next(coming)
 
-    workers = min(len(records), os.cpu_count() or 1)
-    if workers == 1 or not hasattr(os, "fork"):
-        made = list(told(map(_section, records), "drawing"))
+    workers = min(len(paths), os.cpu_count() or 1)
+    if workers < 2 or not hasattr(os, "fork"):
+        made = list(told(map(_section_or_why, paths), "drawing"))
     else:
         with ProcessPoolExecutor(workers, get_context("fork")) as pool:
-            made = list(told(pool.map(_section, records), "drawing"))
+            made = list(told(pool.map(_section_or_why, paths), "drawing"))
     # Here, and after: what renders must not be forked.
-    marks = told(map(stale, records), "probe of", len(records))
-    return [replace(each, stale=mark) for each, mark in zip(made, marks, strict=True)]
+    return list(told(map(_marked, made), "probe of", len(paths)))
+
+
+def _section_or_why(path: Path) -> Section | str:
+    try:
+        section = _section(read_record(path))
+        to_markdown([section])  # what cannot be shown fails here, and spoils no other
+        _beside([section])
+        return section
+    except Exception as error:  # a record may be damaged, or made to do harm
+        kind = "" if isinstance(error, InputError) else f"{type(error).__name__}: "
+        return f"{path.name} is left out: {kind}{error}"
+
+
+def _marked(made: Section | str) -> Section | str:
+    return made if isinstance(made, str) else replace(made, stale=stale(made.record))
 
 
 def _section(record: Record) -> Section:
@@ -162,11 +211,11 @@ def stale(record: Record) -> str:
     A frame is rendered only where the sources are others than those that made the record.
     """
     experiment = experiments().get(record.experiment)
-    if experiment is not None and experiment.version != record.version:
+    if experiment is None or experiment.version != record.version:
         return OTHER_VERSION
     probe = record.notes.get(NOTE)
     if probe is None:
         return NO_PROBE
     if record.notes.get(SOURCES) == sources():
         return ""
-    return CHANGED if has_changed(probe, take_probe(probe["preset"])) else ""
+    return CHANGED if has_changed(probe, take_probe(experiment.probe)) else ""

@@ -16,12 +16,12 @@ from collections.abc import Callable, Generator, Iterator
 from typing import Any
 
 import numpy as np
-from numba import njit
 
 from lod.actors.message import Message, ask, change
 from lod.actors.quaternion import Vector
 from lod.arrays import frozen
 from lod.errors import InputError
+from lod.kernels import njit
 from scenes.actors.behaviour import Acts, Behaviour, Me
 from scenes.actors.body import Course
 from scenes.plugins import BEHAVIOUR, distribution, installed, load_entry

@@ -28,9 +28,9 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from jaxtyping import Bool, Float64, Int64
-from numba import njit
 
 from lod.arrays import Ints, Points, Reals
+from lod.kernels import njit
 from lod.shapes import StickTable
 from lod.threads import map_chunks
 from scenes.appearance.visible_area import CrownViews, look_at

@@ -11,8 +11,8 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from lod.kernels import njit
 from lod.shapes import StickTable
 from scenes.sticks.object_shapes import Shapes
 

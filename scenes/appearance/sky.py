@@ -8,9 +8,9 @@ from importlib import resources
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from lod.arrays import ArrayData, FloatArray, Reals
+from lod.kernels import njit
 from scenes.processes.cache import content_key, kept
 
 SKY_ROWS, SKY_COLUMNS = 8, 6

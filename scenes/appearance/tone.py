@@ -19,9 +19,9 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float64
-from numba import njit
 
 from lod.arrays import Flags, Points, Reals
+from lod.kernels import njit
 from lod.threads import map_chunks
 from scenes.appearance.fit import CODE
 from scenes.appearance.ray_grid import Grids, intersect_ray, make_grids, normal_at

@@ -17,9 +17,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float64, Int64
-from numba import njit
 
 from lod.arrays import Reals
+from lod.kernels import njit
 from lod.shapes import StickTable
 from lod.threads import map_chunks
 from scenes.sticks.areas import along, frame_across

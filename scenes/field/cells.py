@@ -11,11 +11,11 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float64
-from numba import njit
 
 from lod.arrays import ArrayData, FloatArray, IntArray, Ints, Reals, expand
 from lod.camera import Corner
 from lod.errors import InputError
+from lod.kernels import njit
 from lod.view import View, compile_view, search_radius, sphere_in_frustum
 from scenes.noise import hash_name, philox4x64, unit_float
 from scenes.processes.cache import content_key, kept

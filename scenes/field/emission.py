@@ -9,10 +9,10 @@ shorter or longer; from PLAIN times its width on a single triangle of the same a
 import math
 
 import numpy as np
-from numba import njit
 
 from lod.arrays import Ints, Reals
 from lod.crossfade import radius_factor
+from lod.kernels import njit
 from lod.shapes import Sticks, Triangles
 from lod.threads import map_chunks
 from scenes.field.part_tables import DisplayedSticks, PartTables

@@ -11,7 +11,6 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 from jaxtyping import Float64
-from numba import njit
 
 from lod.arrays import Points, Reals
 from lod.canopy import (
@@ -25,6 +24,7 @@ from lod.canopy import (
     undisplayed_share,
 )
 from lod.hierarchy import Hierarchy
+from lod.kernels import njit
 from lod.motion import motion_steps
 from lod.shapes import StickTable
 from lod.view import View, distance

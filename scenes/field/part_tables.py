@@ -6,11 +6,11 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from lod.arrays import ArrayData, FloatArray, IntArray, Ints, Reals, expand
 from lod.crossfade import leaf_area_share
 from lod.hierarchy import Hierarchy
+from lod.kernels import njit
 from lod.pruner import BlendWeights
 from lod.shapes import MeshTable
 from lod.threads import map_chunks

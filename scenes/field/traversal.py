@@ -12,10 +12,10 @@ Objects are shared out to threads in runs, and the runs joined in order: same by
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from lod.arrays import Reals
 from lod.hierarchy import Hierarchy
+from lod.kernels import njit
 from lod.threads import map_chunks
 from lod.view import View, compile_view, distance_to, is_displayed, sphere_in_frustum
 from scenes.field.part_tables import PartTables

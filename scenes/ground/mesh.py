@@ -21,9 +21,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float64, Int64
-from numba import njit
 
 from lod.arrays import ArrayData, FloatArray, IntArray, Ints, Points, Reals
+from lod.kernels import njit
 from lod.shapes import Triangles
 from lod.threads import map_chunks
 from lod.view import distance

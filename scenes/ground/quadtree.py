@@ -41,9 +41,9 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Int64
-from numba import njit
 
 from lod.arrays import Ints, Points, Reals, freeze
+from lod.kernels import njit
 from lod.metric import blake
 from lod.view import View
 from lod.viewing import perceptual_limits

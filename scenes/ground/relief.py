@@ -14,10 +14,10 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float64
-from numba import njit
 
 from lod.arrays import Reals, frozen
 from lod.camera import STEP_M, Corner
+from lod.kernels import njit
 from scenes.noise import (
     NOISE_BOUND,
     NOISE_MAX_SLOPE,

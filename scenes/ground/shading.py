@@ -29,10 +29,10 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float64
-from numba import njit
 
 from lod.arrays import Ints, Points, Reals
 from lod.camera import Corner
+from lod.kernels import njit
 from lod.view import View, distance
 from scenes.appearance.sky import GRASS
 from scenes.ground.relief import Relief

@@ -23,9 +23,9 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float64
-from numba import njit
 
 from lod.arrays import ArrayData, FloatArray, Ints, Reals
+from lod.kernels import njit
 from lod.shapes import StickTable
 from lod.threads import map_chunks
 from scenes.appearance.ray_grid import NOTHING, Grids, intersect_ray, make_grids, normal_at

@@ -24,11 +24,11 @@ from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Float64
-from numba import njit
 from PIL import Image
 
 from lod.arrays import Ints, Points, Reals, expand
 from lod.hierarchy import Hierarchy, max_over_tied, representative
+from lod.kernels import njit
 from lod.shapes import MeshTable, StickTable, triangle_areas
 from scenes.appearance.fit import (
     FittedAppearances,

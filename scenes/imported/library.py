@@ -106,13 +106,19 @@ def user_model(name: str) -> PartTree:
     return unpack(path.read_bytes(), str(path))
 
 
-def keep_model(name: str, tree: PartTree, overwrite: bool) -> Path:
-    """Keep a model under a name. Raises InputError for a name that is taken."""
+def place_of_model(name: str, overwrite: bool) -> Path:
+    """Return where a model would be kept. Raises InputError for a name that is taken."""
     path = user_model_path(name)
     if name in built_in_names():
         raise InputError("NAME", name, "a name that no built-in model has", "say --name")
     if path.exists() and not overwrite:
         raise InputError("NAME", name, "a new name", "say --overwrite, or another --name")
+    return path
+
+
+def keep_model(name: str, tree: PartTree, overwrite: bool) -> Path:
+    """Keep a model under a name. Raises InputError for a name that is taken."""
+    path = place_of_model(name, overwrite)
     path.parent.mkdir(parents=True, exist_ok=True)
     with whole_file(path, overwrite) as temporary:
         temporary.write_bytes(pack(tree))

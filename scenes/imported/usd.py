@@ -6,6 +6,8 @@ and prims that are instances stand for themselves. Lengths are metres by ``meter
 +z with y up, or −y with z up, looks ahead.
 """
 
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -103,13 +105,40 @@ def _count_specs(path: Path) -> None:
     if layer is None:
         raise InputError(path.name, path.suffix, "a USD layer that can be read", "export it again")
     left = list(layer.rootPrims)
-    count = len(left)
+    count, arcs = len(left), bool(layer.subLayerPaths)
     check_node_count(path.name, count)
     while left:
-        below = list(left.pop().nameChildren)
+        spec = left.pop()
+        below = list(spec.nameChildren)
         count += len(below)
         check_node_count(path.name, count)
         left += below
+        arcs = arcs or any(spec.HasInfo(key) for key in _ARCS)
+    if arcs:
+        _try_to_compose(path)
+
+
+_ARCS = ("references", "payload", "inheritPaths", "specializes", "variantSetNames", "clips")
+MOST_COMPOSED_BYTES, MOST_COMPOSED_S = 2**32, 20
+_COMPOSE = """
+import resource, sys
+for kind, most in zip((resource.RLIMIT_AS, resource.RLIMIT_CPU), map(int, sys.argv[2:])):
+    resource.setrlimit(kind, (most, most))
+from pxr import Usd
+Usd.Stage.Open(sys.argv[1])
+"""
+
+
+def _try_to_compose(path: Path) -> None:
+    """Refuse layers that become too much together: ten times ten times ten, and so on.
+
+    A process with limits composes them, which ends as it must; what else it finds is found again.
+    """
+    words = sys.executable, "-c", _COMPOSE, path, f"{MOST_COMPOSED_BYTES}", f"{MOST_COMPOSED_S}"
+    ended = subprocess.run(words, stdin=subprocess.DEVNULL, capture_output=True, check=False)
+    if ended.returncode < 0 or b"MemoryError" in ended.stderr:
+        rule = f"composes within {MOST_COMPOSED_BYTES} bytes and {MOST_COMPOSED_S} s"
+        raise InputError(path.name, "its references", rule, "take some away, or flatten it")
 
 
 def _prims(name: str, stage: "Usd.Stage") -> Iterator[tuple["Usd.Prim", int]]:

@@ -7,6 +7,7 @@ Presets are checked by these names before any model is built, so nothing is buil
 """
 
 import re
+from contextlib import suppress
 from functools import cache
 from importlib import resources
 from pathlib import Path
@@ -33,7 +34,9 @@ def models_folder() -> Path:
 
 def user_model_names() -> tuple[str, ...]:
     """List the names of the models that the user has added, in alphabetical order."""
-    return tuple(sorted(each.stem for each in models_folder().glob("*.npz")))
+    with suppress(OSError):  # of a home that this user may not read
+        return tuple(sorted(each.stem for each in models_folder().glob("*.npz")))
+    return ()
 
 
 def user_model_path(name: str) -> Path:

@@ -37,13 +37,14 @@ def read_model_file(file: Traversable, kind: type[T], given: Mapping[str, Any]) 
     Raises InputError that names the file, the key, what arrived, the rule and the cure.
     """
     try:
-        keys = tomllib.loads(file.read_text("utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        keys = tomllib.loads(file.read_text("utf-8-sig"))
+        text = json.dumps({**keys, **given}, default=str)
+    except (ValueError, RecursionError) as error:
         raise InputError(file.name, str(error), "a TOML file in UTF-8") from None
     for key in keys.keys() & given.keys():
         raise InputError(f"{file.name}: {key}", keys[key], "no such key", "take it out")
     try:
-        return TypeAdapter(kind).validate_json(json.dumps({**keys, **given}, default=str))
+        return TypeAdapter(kind).validate_json(text)
     except ValidationError as error:
         raise _explain(error, file.name) from None
 

@@ -22,11 +22,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Float64
-from numba import njit
 
 from lod.arrays import Ints, Points, Reals
 from lod.camera import Corner
 from lod.hierarchy import Hierarchy
+from lod.kernels import njit
 from lod.pruner import BlendWeights, Parts
 from lod.shapes import Sticks, Triangles
 from lod.view import View

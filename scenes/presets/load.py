@@ -72,7 +72,10 @@ def preset_from(
     Scene files that it names lie in ``folder``. The preset holds the hash of every imported model.
     Raises InputError for what cannot be, and for a model that is another than its hash says.
     """
-    tables = _plain(data)
+    try:
+        tables = _plain(data)
+    except RecursionError:
+        raise InputError(source, "tables", "tables nested less deeply", "take some away") from None
     settings = [setting(each) if isinstance(each, str) else each for each in overrides]
     for each in settings:
         _lay(tables, each)

@@ -13,6 +13,7 @@ alone: entries of a cache that the program filled from nothing. ``python -m test
 writes the file, and a slow test makes all of it again and compares.
 """
 
+import errno
 import functools
 import hashlib
 import importlib
@@ -89,7 +90,8 @@ def kept(
     made_by = (np.__version__, platform.python_version(), platform.machine())
     sources = content_key(_FORMAT, made_by, _code_digest(tuple(code)))[:24]
     name = Path(_SUBFOLDER, kind, f"{entry_key}-{sources}{_SUFFIX}")
-    for folder in cache_folders():
+    folders = [each for each in cache_folders() if is_private(each)]
+    for folder in folders:
         with suppress(Exception):
             with np.load(folder / name, allow_pickle=False) as file:
                 arrays = {each: _read_only(file[each]) for each in file.files}
@@ -97,8 +99,9 @@ def kept(
                 os.utime(folder / name)
             return arrays
     arrays = {each: _read_only(values) for each, values in make().items()}
-    for folder in cache_folders() if sum(a.nbytes for a in arrays.values()) < LIMIT_BYTES else ():
+    for folder in folders if sum(a.nbytes for a in arrays.values()) < LIMIT_BYTES else ():
         with suppress(OSError, InputError), _WRITING:
+            make_writable(folder)
             (folder / name).parent.mkdir(parents=True, exist_ok=True)
             with whole_file(folder / name, overwrite=True) as temporary:
                 with temporary.open("wb") as entry:
@@ -293,9 +296,25 @@ def cache_folders() -> Iterator[Path]:
     yield Path(__file__).resolve().parent / "__pycache__" / "lodbench"
 
 
+def is_private(folder: Path) -> bool:
+    """Say whether nobody but its owner, this user or root, may write into a folder, or it is new.
+
+    What is kept is believed, and compiled kernels are run.
+    """
+    with suppress(FileNotFoundError):
+        state = folder.stat()
+        return state.st_uid in (0, os.geteuid()) and not state.st_mode & 0o022
+    return True
+
+
 def make_writable(folder: Path) -> None:
-    """Make the folder, or raise OSError where no file can be written into it."""
-    folder.mkdir(parents=True, exist_ok=True)
+    """Make the folder for this user alone, or raise OSError where no file is to be written there.
+
+    It is not where it cannot be, and where others may write as well.
+    """
+    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+    if not is_private(folder):
+        raise PermissionError(errno.EPERM, "others may write there: chmod go-w", str(folder))
     tempfile.TemporaryFile(dir=folder).close()
 
 

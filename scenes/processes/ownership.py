@@ -21,13 +21,16 @@ import socket
 import threading
 import time
 import uuid
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
+
+from lod.errors import InputError
 
 NAME = ".lodbench"
 BEAT_S = 5.0
 SILENCE_S = 30.0
+TOLD_S = 10.0
 _LOOK_S = 0.1
 _PATIENCE_S = 1.0
 """For owners that are themselves about to withdraw."""
@@ -59,10 +62,30 @@ class Owned(Exception):
 
 
 @contextlib.contextmanager
-def ownership(folder: Path, group: str) -> Iterator[None]:
+def owned(
+    folder: Path, group: str, does: str, note: Callable[[str], object] = lambda text: None
+) -> Iterator[None]:
+    """Own a folder as ``ownership`` does; raise InputError where another ``does`` something there.
+
+    Raises OSError where the folder cannot be written to.
+    """
+    with contextlib.ExitStack() as stack:
+        try:
+            stack.enter_context(ownership(folder, group, note))
+        except Owned as other:
+            cure = "wait for its end, or choose another folder"
+            raise InputError("folder", str(folder), f"{other} {does}", cure) from None
+        yield
+
+
+@contextlib.contextmanager
+def ownership(
+    folder: Path, group: str, note: Callable[[str], object] = lambda text: None
+) -> Iterator[None]:
     """Own a folder, together with processes of the same group alone.
 
-    Raises Owned where another group owns it, and OSError where the folder cannot be written to.
+    ``note`` is told of an owner that is watched for TOLD_S. Raises Owned where another group owns
+    it, and OSError where the folder cannot be written to.
     """
     since = time.monotonic()
     while True:
@@ -72,7 +95,7 @@ def ownership(folder: Path, group: str) -> Iterator[None]:
                 with beating:
                     yield
                 return
-        if time.monotonic() - since > _PATIENCE_S and (owner := _alive(other)):
+        if time.monotonic() - since > _PATIENCE_S and (owner := _alive(other, note)):
             raise Owned(owner)
         time.sleep(random.uniform(0.01, 0.1))  # so that of two that came at once one is alone
 
@@ -144,7 +167,7 @@ def _others(mine: Path, group: str) -> Iterator[Path]:
             with contextlib.suppress(FileNotFoundError):
                 if time.time() - path.stat().st_mtime > SILENCE_S and not _is_locked(path):
                     path.unlink()
-        elif path != mine:
+        elif path != mine and path.is_file():
             found = _read(path)
             if found and not _is_proven_dead(path, found[1]) and found[1].group != group:
                 yield path
@@ -158,9 +181,9 @@ def _listed(folder: Path) -> list[Path]:
     return sorted(folder.iterdir())
 
 
-def _alive(path: Path) -> Owner | None:
+def _alive(path: Path, note: Callable[[str], object]) -> Owner | None:
     """Give an owner that shows life, if need be after watching it; None of others."""
-    first, start = _read(path), time.monotonic()
+    first, start, told = _read(path), time.monotonic(), False
     while first and not _is_proven_dead(path, first[1]):
         if _is_locked(path):
             return first[1]
@@ -168,6 +191,9 @@ def _alive(path: Path) -> Owner | None:
         now = _read(path)
         if now and now[0] != first[0]:
             return now[1]
+        if not told and (told := time.monotonic() - start > TOLD_S):
+            who = f"{Owned(first[1])} owns {path.parent.parent} and may be dead"
+            note(f"lodbench: {who}: waiting for a sign of life, {SILENCE_S:g} s at most")
         if now is None or time.monotonic() - start > SILENCE_S:
             path.unlink(missing_ok=True)
             return None

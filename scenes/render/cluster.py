@@ -63,19 +63,23 @@ def cluster(
     """Connect to workers: so many of this machine, or those of a scheduler's address or file.
 
     Local workers are given ``threads`` each, or an even share of the cores, and end with the
-    context. ``say`` is told where to watch them, and when none is there yet. Raises InputError
-    where Dask is not installed, nothing answers, no worker comes, or one has other versions than
-    this process.
+    context. They take tasks from this process alone: all of them share a certificate that exists
+    only in their memory, listen on the loopback, and serve no page. ``say`` is told where to watch
+    a scheduler that has a page, and when it has no worker yet. Raises InputError where Dask is not
+    installed, nothing answers, no worker comes, or one has other versions than this process.
     """
     try:
         import distributed
+
+        certificate = distributed.Security.temporary() if where.isdecimal() else None
     except ImportError:
-        rule, cure = "needs Dask", "pip install 'lodbench[cluster]'"
+        rule, cure = "needs Dask and cryptography", "pip install 'lodbench[cluster]'"
         raise InputError("--cluster", where, rule, cure) from None
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)
+    for logger in ("distributed", "distributed.client", "tornado.application"):
+        logging.getLogger(logger).setLevel(logging.CRITICAL)
     with contextlib.ExitStack() as stack:
         if where.isdecimal():
-            local = stack.enter_context(_local(where, variant))
+            local = stack.enter_context(_local(where, variant, certificate))
             with signals_held():
                 client = stack.enter_context(distributed.Client(local))
             threads = threads or max(1, (os.cpu_count() or 1) // int(where))
@@ -85,15 +89,18 @@ def cluster(
                 rule = f"a Dask scheduler's address; {wrong}"
                 raise InputError("--cluster", where, rule, "see that it runs: dask scheduler")
             client = stack.enter_context(distributed.Client(address, timeout=_ANSWER_S))
-        say(f"lodbench: dashboard at {client.dashboard_link}")
+            say(f"lodbench: dashboard at {client.dashboard_link}")
         if not client.scheduler_info()["workers"]:
             _wait_for_a_worker(client, where, say)
         check_versions(client)
-        yield Cluster(client, threads, most_bytes)
+        try:
+            yield Cluster(client, threads, most_bytes)
+        except distributed.CancelledError:
+            raise ConnectionError(f"{where}: the scheduler has gone") from None
 
 
 @contextlib.contextmanager
-def _local(where: str, variant: str) -> Iterator[Any]:
+def _local(where: str, variant: str, certificate: Any) -> Iterator[Any]:
     """Start processes of this machine, one thread each, with as much memory as there is.
 
     Raises ChildProcessError where one of them ends while it starts.
@@ -104,7 +111,11 @@ def _local(where: str, variant: str) -> Iterator[Any]:
     if not 1 <= int(where) <= MOST_WORKERS:
         raise InputError("--cluster", where, f"from 1 to {MOST_WORKERS} workers", "try 2")
     # Whoever counts the tries of a frame is told of every worker that it ended.
-    settings = {"distributed.scheduler.allowed-failures": 0}
+    settings = {
+        "distributed.scheduler.allowed-failures": 0,
+        "distributed.scheduler.http.routes": [],
+        "distributed.worker.http.routes": [],
+    }
     with contextlib.ExitStack() as stack:
         folder = stack.enter_context(scratch_folder(dask.config.get("temporary-directory")))
         # The scheduler, too, keeps its locks there.
@@ -115,7 +126,10 @@ def _local(where: str, variant: str) -> Iterator[Any]:
                     n_workers=int(where),
                     threads_per_worker=1,
                     memory_limit=0,
-                    dashboard_address=":0",
+                    host="127.0.0.1",
+                    security=certificate,
+                    dashboard_address="127.0.0.1:0",
+                    scheduler_kwargs={"dashboard": False},
                     silence_logs=logging.CRITICAL,
                     env=trusting(variant) if variant else {},
                     local_directory=folder,

@@ -24,11 +24,11 @@ from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 
 from lod.air import Air, rgb_extinction
 from lod.camera import GRID_M, Camera, Corner
 from lod.errors import InputError
+from lod.kernels import njit
 from lod.pruner import Cut
 from lod.shapes import Instanced, Sticks, Triangles, batches_of
 from lod.threads import map_chunks

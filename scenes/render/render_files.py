@@ -64,7 +64,7 @@ def render_files(
     Raises InputError for frames of other settings that stand there, unless ``overwrite``, and while
     another process renders other settings into that folder. See ``render_job`` for the rest.
     """
-    with owned_folder(make_folder(Path(pattern).parent), settings):
+    with owned_folder(make_folder(Path(pattern).parent), settings, note):
         yield from render_job(open_job(pattern, frames, settings, overwrite), workers, watch, note)
 
 

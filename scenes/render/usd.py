@@ -6,6 +6,7 @@ not USD's here: the haze is noted in the layer's metadata. The extra ``usd`` bri
 """
 
 import math
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -45,7 +46,7 @@ def write_usd(
     notes: more to say in the layer's metadata. Raises InputError for a file that is there already,
     unless ``overwrite``, and OSError where the disk refuses.
     """
-    from pxr import Usd, UsdGeom
+    from pxr import Tf, Usd, UsdGeom
 
     stage = Usd.Stage.CreateInMemory()
     UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.z)
@@ -68,7 +69,11 @@ def write_usd(
             counts["sticks"] += len(shape["segment_indices"])
     with whole_file(path, overwrite) as temporary:
         temporary.touch()  # the system's own error, where it cannot be
-        stage.Export(str(temporary))
+        try:
+            stage.Export(str(temporary))
+        except Tf.ErrorException:
+            free = shutil.disk_usage(temporary.parent).free
+            raise OSError(f"{path}: USD cannot write it; {free} bytes are free there") from None
     return counts
 
 

@@ -24,9 +24,9 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float64
-from numba import njit
 
 from lod.arrays import Ints, Reals, frozen
+from lod.kernels import njit
 from scenes.rig.leg_ik import (
     ACROSS,
     AHEAD,

@@ -20,8 +20,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from lod.kernels import njit
 from scenes.rig.rig import Motion, Rig
 from scenes.rig.rotations import quaternion_product, rotate_vector, to_euler
 

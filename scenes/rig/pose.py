@@ -13,10 +13,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from lod.arrays import Ints, Points, frozen
 from lod.errors import InputError
+from lod.kernels import njit
 from lod.threads import map_chunks
 from scenes.rig.leg_ik import (
     AHEAD,

@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float64
-from numba import njit
 
 from lod.arrays import (
     ArrayData,
@@ -27,6 +26,7 @@ from lod.arrays import (
     frozen,
 )
 from lod.errors import InputError
+from lod.kernels import njit
 from lod.shapes import StickTable
 from scenes.rig.rotations import (
     Quaternions,

@@ -37,11 +37,11 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from jaxtyping import Float64
-from numba import njit
 
 from lod.arrays import Ints, Points, Reals, freeze, frozen
 from lod.errors import InputError
 from lod.hierarchy import Hierarchy, max_over_tied, representative
+from lod.kernels import njit
 from lod.shapes import MeshTable, StickTable
 from scenes.rig.rig import Motion, Rig, RiggedSticks, rest_motion, to_object_frame
 from scenes.rig.rotations import Quaternions, from_euler

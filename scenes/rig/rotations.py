@@ -12,7 +12,8 @@ import math
 
 import numpy as np
 from jaxtyping import Float64
-from numba import njit
+
+from lod.kernels import njit
 
 Quaternions = Float64[np.ndarray, "... 4"]
 Vectors = Float64[np.ndarray, "... 3"]

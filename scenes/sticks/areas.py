@@ -29,10 +29,10 @@ from itertools import product
 
 import numpy as np
 from jaxtyping import Float64
-from numba import njit
 
 from lod.arrays import Reals
 from lod.errors import InputError
+from lod.kernels import njit
 from lod.shapes import MeshTable, StickTable
 
 FINE, COARSE = 12.0, 5.0

@@ -15,10 +15,10 @@ from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float64
-from numba import njit
 
 from lod.arrays import ArrayData, FloatArray, IntArray, Ints, Reals
 from lod.crossfade import radius_factor
+from lod.kernels import njit
 from lod.shapes import StickTable
 from scenes.sticks.areas import areas_of_parts, directions, largest_area
 

@@ -24,6 +24,7 @@ from bench.runs import (
     sources,
 )
 from lod.errors import InputError
+from scenes.processes.ownership import owned
 from tests.bench.edited import with_cases
 
 PAGE = Path(__file__).parents[2] / "docs" / "extend.md"
@@ -112,7 +113,22 @@ def test_a_stopped_run_goes_on_where_it_stopped(tiny, tmp_path):
     assert journal(tmp_path).record_of(request(seed=1)) is None
 
 
-@pytest.mark.parametrize("damage", ["", "{", '{"sha256": "", "data": {"points": []}}'])
+SHAPES = [
+    None,
+    [],
+    {"points": 3, "made": {}},
+    {"points": [{"case": {}}], "made": {"seconds": 1, "processor_seconds": 1}},
+    {"points": [], "made": {"seconds": "1"}},
+]
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        *("", "{", '{"sha256": "", "data": {"points": []}}', "[" * 10**5),
+        *(json.dumps({"sha256": runs._sha256(data), "data": data}) for data in SHAPES),
+    ],
+)
 def test_a_damaged_case_is_measured_again(tiny, tmp_path, damage):
     kept = journal(tmp_path)
 
@@ -126,6 +142,26 @@ def test_a_damaged_case_is_measured_again(tiny, tmp_path, damage):
         path.write_text(damage)
     _, record = run(tiny, kept)
     assert record.points == run_experiment(tiny, request()).points
+
+
+def test_a_journal_that_names_another_record_is_not_believed(tiny, tmp_path):
+    (tmp_path / "up").mkdir()
+    kept = journal(tmp_path / "up")
+    one, _ = run(tiny, kept)
+    other, record = run(tiny, kept, seed=1)
+    outside = one.rename(tmp_path / one.name)
+    for name in (other.name, f"../{outside.name}", str(outside), "..", "", record.name + "x"):
+        runs._write(kept._path("record", request()), name)
+        assert kept.record_of(request()) is None, name
+    assert kept.record_of(request(seed=1)) == other
+
+
+def test_while_one_measures_others_are_refused(tiny, tmp_path, capfd):
+    with owned(tmp_path, "another", "measures there"):
+        code, out, err = said(capfd, "run", "tiny", "--quick", "--again", "-o", tmp_path)
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert "measures there; wait for its end, or choose another folder" in err
+    assert said(capfd, "run", "tiny", "--quick", "-o", tmp_path)[0] == 0
 
 
 def test_other_sources_or_another_machine_measure_again(tiny, tmp_path):

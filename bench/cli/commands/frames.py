@@ -50,6 +50,8 @@ def command(print_commands: bool, words: tuple[str, ...]) -> None:
         for flag in ("--max-parts", "--detail"):
             kept = list(drop_flag(kept, flag))
         kept += ["--detail", repr(detail)]
+    if broken := next((word for word in kept if len(f"{word} ".splitlines()) > 1), None):
+        raise InputError("words", broken, "words of one line", "choose names without line breaks")
     for number in numbers:
         click.echo(shlex.join(["lodbench", "render", *kept, "--frames", str(number)]))
 

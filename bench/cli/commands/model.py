@@ -12,6 +12,7 @@ from bench.cli.flags import StrictCommand
 from bench.cli.output import Output, output, table
 from lod.air import CLEAR
 from lod.camera import Camera, Corner, camera_from_heading
+from lod.errors import InputError
 from lod.metric import METRICS
 from lod.pruner import Parts, cut_from_parts, prune
 from lod.view import View
@@ -47,14 +48,16 @@ def command() -> None:
 @_json
 def add(file: str, name: str | None, overwrite: bool, sheet: str | None, as_json: bool) -> None:
     """Read and check a .usd, .usda, .usdc, .usdz, .gltf or .glb file, and keep it as a model."""
-    from scenes.imported.library import keep_model, read_model
+    from scenes.imported.library import keep_model, place_of_model, read_model
 
     with output(as_json) as out:
         tree = read_model(Path(file))
         called = name or Path(file).stem
-        path = keep_model(called, tree, overwrite)
-        _tell(out, called, tree)
+        path = place_of_model(called, overwrite)
+        path.parent.mkdir(parents=True, exist_ok=True)
         _picture(out, called, tree, Path(sheet) if sheet else path.with_suffix(".png"))
+        keep_model(called, tree, overwrite)  # last: a command that fails keeps nothing
+        _tell(out, called, tree)
         out.note(f"{path} holds it: a preset's species has it by model = {called!r}")
 
 
@@ -66,7 +69,12 @@ def list_models(as_json: bool) -> None:
     from scenes.model_files.names import models_folder, user_model_names
 
     with output(as_json) as out:
-        found = {name: _facts(user_model(name)) for name in user_model_names()}
+        found = {}
+        for name in user_model_names():
+            try:
+                found[name] = _facts(user_model(name))
+            except (InputError, OSError) as error:
+                out.note(f"lodbench: {error}")
         out.record({"models": found})
         rows = [
             (name, each["parts"], each["levels"], each["triangles"], each["height_m"])

@@ -17,8 +17,13 @@ def command(folder: str, overwrite: bool, as_json: bool) -> None:
     from bench.report.write import write_report
 
     with output(as_json) as out:
+        left_out: list[str] = []
         with progress_bar("step") as show:
-            written = write_report(Path(folder), overwrite, show)
-        out.record({"written": written})
+            written = write_report(Path(folder), overwrite, show, left_out.append)
+        out.record({"written": written, "left_out": left_out})
+        for line in left_out:
+            out.note(f"lodbench: {line}")
         for path in written:
             out.say(str(path))
+    if left_out:
+        raise click.ClickException(f"{len(left_out)} of the folder's records left out")

@@ -2,6 +2,7 @@
 
 import hashlib
 import time
+import uuid
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,6 +16,7 @@ from bench.runs import CaseExecutor, dask_executor
 from lod.errors import InputError
 from scenes.files import make_folder
 from scenes.presets.values import LARGEST_SEED
+from scenes.processes.ownership import owned
 
 if TYPE_CHECKING:
     from bench.records.claims import Claim
@@ -54,17 +56,19 @@ def command(
 ) -> None:
     """Run experiments; each writes one record (JSON) and says in a few lines what was found.
 
-    The same command again goes on where it was stopped.
+    The same command again goes on where it was stopped. A folder has one such process at a time.
     """
     from bench.runs import journal
 
     asked = _asked(experiments, cluster, quick, seed, metric, stems)
-    kept = journal(make_folder(folder))
-    if again:
-        for each in asked:
-            kept.discard(each)
-    with output(as_json) as out, dask_executor(cluster, out.note) as spread:
-        failed = _run_all(out, kept, asked, spread)
+    place = make_folder(folder)
+    with output(as_json) as out, owned(place, uuid.uuid4().hex, "measures there", out.note):
+        kept = journal(place)
+        if again:
+            for each in asked:
+                kept.discard(each)
+        with dask_executor(cluster, out.note) as spread:
+            failed = _run_all(out, kept, asked, spread)
     if failed:
         raise click.ClickException(f"{len(failed)} of {len(asked)} failed: {', '.join(failed)}")
 

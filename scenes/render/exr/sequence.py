@@ -23,7 +23,7 @@ from scenes.files import (
     stray_partials,
 )
 from scenes.processes.memory_limit import peak_rss_bytes
-from scenes.processes.ownership import Owned, ownership
+from scenes.processes.ownership import owned
 from scenes.render.exr.header import FRAME, Record, Settings, settings_in
 
 Render = Callable[[Settings, int, Path], Record]
@@ -104,7 +104,7 @@ def settings_hash(settings: Mapping[str, Any]) -> str:
 
 
 def differences(old: Mapping[str, Any], new: Mapping[str, Any]) -> list[str]:
-    """What differs between two nested settings: ``key: old → new``."""
+    """What differs between two nested settings, the version first: ``key: old → new``."""
 
     def flat(settings: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
         for key, value in settings.items():
@@ -115,6 +115,7 @@ def differences(old: Mapping[str, Any], new: Mapping[str, Any]) -> list[str]:
 
     before, after = dict(flat(old)), dict(flat(new))
     keys = [key for key in {**before, **after} if before.get(key) != after.get(key)]
+    keys.sort(key=lambda key: key != "software")
     return [f"{key}: {before.get(key, 'absent')} → {after.get(key, 'absent')}" for key in keys]
 
 
@@ -180,20 +181,18 @@ def _done(path: Path, frame: int, settings: Settings) -> str | None:
 
 
 @contextlib.contextmanager
-def owned_folder(folder: str | Path, settings: Settings) -> Iterator[None]:
+def owned_folder(
+    folder: str | Path, settings: Settings, note: Callable[[str], object] = lambda text: None
+) -> Iterator[None]:
     """Keep everyone with other settings out of a folder; several of the same may share it.
 
     Raises InputError where another process renders there with other settings.
     """
     folder = make_folder(folder)
     with contextlib.ExitStack() as stack:
-        try:
-            with _disk(folder):
-                stack.enter_context(ownership(folder, settings_hash(settings)))
-        except Owned as other:
-            rule = f"{other} renders there with other settings"
-            cure = "wait for its end, or choose another folder"
-            raise InputError("folder", str(folder), rule, cure) from None
+        with _disk(folder):
+            does = "renders there with other settings"
+            stack.enter_context(owned(folder, settings_hash(settings), does, note))
         yield
 
 

@@ -148,6 +148,16 @@ def test_three_hundred_made_by_hand() -> None:
     assert len(by_hand()) >= 300
 
 
+@pytest.mark.parametrize("depth", [150, 400, 3000])
+@pytest.mark.parametrize("table", ["{} = 1", "[{}]\nx = 1", "[species.{}]\nx = 1"])
+def test_tables_in_tables_in_tables_are_refused(depth: int, table: str, tmp_path: Path) -> None:
+    path = tmp_path / "deep.toml"
+    path.write_text(table.format(".".join("a" * depth)) + "\n")
+    code, out, err = run("count", str(path))
+    assert (code, out) == (2, "")
+    is_one_line(code, err)
+
+
 @pytest.mark.parametrize("key", [*NUMBERS, *COUNTS, *OTHERS])
 def test_a_bad_value_is_blamed_on_its_file_and_key(
     key: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -40,16 +40,33 @@ def python(code: str, folder: Path, **variables: str) -> subprocess.CompletedPro
     )
 
 
-def test_a_kernel_whose_index_cannot_be_read_is_compiled_again(tmp_path: Path) -> None:
+DAMAGES = {
+    # As a type's new name leaves an index: the version can be read, the signatures cannot.
+    "renamed": ("*.nbi", lambda data: data.replace(b"Integer", b"Removed")),
+    "index emptied": ("*.nbi", lambda data: b""),
+    "index cut off": ("*.nbi", lambda data: data[: len(data) // 2]),
+    "index zeroed": ("*.nbi", lambda data: bytes(len(data))),
+    "code emptied": ("*.nbc", lambda data: b""),
+    "code cut off": ("*.nbc", lambda data: data[: len(data) // 2]),
+    # In the middle of the machine code: Numba would run it.
+    "code changed": (
+        "*.nbc",
+        lambda data: bytes(b ^ (k == data.find(b"ELF") + 900) for k, b in enumerate(data)),
+    ),
+}
+
+
+def test_kernels_that_are_damaged_are_compiled_again(tmp_path: Path) -> None:
     folder = installation(tmp_path)
-    first = python(PHILOX, folder)
-    for index in (folder / "scenes/__pycache__").glob("*.nbi"):
-        # As a type's new name leaves it: the version can be read, the signatures cannot.
-        index.write_bytes(index.read_bytes().replace(b"Integer", b"Removed"))
-    assert python(PHILOX, folder).returncode != 0
-    again = python(WITH_CACHE, folder)
-    assert again.returncode == 0, again.stderr
-    assert again.stdout == first.stdout != ""
+    first = python(WITH_CACHE, folder)
+    for name, (files, change) in DAMAGES.items():
+        (whole,) = (path for path in (folder / "cache").rglob(f"*philox4x64-{files}"))
+        before = whole.read_bytes()
+        whole.write_bytes(change(before))
+        assert whole.read_bytes() != before, name
+        again = python(WITH_CACHE, folder)
+        assert (again.stdout, again.stderr) == (first.stdout, ""), name
+        assert again.stdout and whole.stat().st_size >= len(before) - 9, "it is kept again"
 
 
 def test_other_sources_find_an_empty_folder(tmp_path: Path) -> None:
@@ -97,6 +114,32 @@ def test_without_a_writable_folder_one_line_says_so(
         kernel_cache.use_kernel_cache([tmp_path / "file"])
     assert Path(os.environ["NUMBA_CACHE_DIR"]).is_dir()
     assert capsys.readouterr().err.count("no writable folder") == 1
+
+
+@pytest.mark.usefixtures("before_numba")
+@pytest.mark.parametrize("inside", ["", "kernels", "named"])
+def test_nothing_is_kept_where_others_may_write(
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    inside: str,
+) -> None:
+    """Numba would run what they leave there; and what is made is for its owner alone."""
+    cache = tmp_path / "cache"
+    kernel_cache.use_kernel_cache([cache])
+    kernels = Path(os.environ.pop("NUMBA_CACHE_DIR"))
+    assert [path.stat().st_mode & 0o777 for path in (cache, kernels)] == [0o700, 0o700]
+    other = {"": cache, "kernels": kernels, "named": tmp_path / "named"}[inside]
+    other.mkdir(exist_ok=True)
+    if os.geteuid() == 0:
+        os.chown(other, 65534, -1)
+    else:
+        other.chmod(0o770)
+    if inside == "named":
+        monkeypatch.setenv("NUMBA_CACHE_DIR", str(other))
+    kernel_cache.use_kernel_cache([cache])
+    assert Path(os.environ["NUMBA_CACHE_DIR"]) != other
+    assert "others may write there: chmod go-w" in capsys.readouterr().err
 
 
 @pytest.mark.usefixtures("before_numba")

@@ -16,9 +16,6 @@ from PIL import Image
 
 from bench.cli.commands.render import preview_stem
 from bench.cli.main import main
-from bench.records.records import read_record
-from bench.report import write
-from lod.errors import InputError
 from scenes.render.pictures import save_picture
 
 TINY = Path(__file__).with_name("tiny.toml")
@@ -198,20 +195,3 @@ def test_previews_replace_previews_alone(lodbench, name):
     save_picture(Image.new("RGB", (2, 2)), "out/a.png")
     assert lodbench(*words) == (0, "")
     assert Image.open("out/a.png").size == (16, 9)
-
-
-def test_a_report_replaces_reports_alone(tmp_path, monkeypatch):
-    reference = Path(__file__).parents[3] / "results" / "reference"
-    (record,) = map(read_record, reference.glob("air-*.json"))
-    monkeypatch.setattr(write, "read_records", lambda folder: (record,))
-    monkeypatch.setattr(write, "_sections", lambda *_: [])
-    monkeypatch.setattr(write, "to_html", lambda report: "<html>lodbench</html>")
-    monkeypatch.setattr(write, "to_markdown", lambda report: "# lodbench")
-    (tmp_path / "claims.csv").write_text("my claims")
-    with pytest.raises(InputError, match=r"claims\.csv.*--overwrite"):
-        write.write_report(tmp_path)
-    assert (tmp_path / "claims.csv").read_text() == "my claims"
-    assert not (tmp_path / "report.html").exists()
-    write.write_report(tmp_path, overwrite=True)
-    write.write_report(tmp_path)
-    assert (tmp_path / "claims.csv").read_text() != "my claims"

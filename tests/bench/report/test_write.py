@@ -2,8 +2,11 @@
 
 import base64
 import csv
+import hashlib
 import json
+import os
 import re
+import shutil
 import zlib
 from dataclasses import replace
 from pathlib import Path
@@ -11,9 +14,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bench.cli.main import main
 from bench.experiment import experiments, silent
 from bench.records.probe import NOTE, SOURCES, has_changed, take_probe
-from bench.records.records import read_records, write_record
+from bench.records.records import FORMAT, FORMAT_VERSION, read_records, write_record
 from bench.report import write as rule
 from bench.report.document import Section
 from bench.report.write import CHANGED, NO_PROBE, OTHER_VERSION, stale, write_report
@@ -76,16 +80,101 @@ def test_an_older_version_is_shown_as_it_was_judged(record, tmp_path):
     assert record.claims[1].name not in text
 
 
-def test_what_is_no_report_is_not_replaced(record, tmp_path):
-    write_record(record, tmp_path)
-    (tmp_path / "report.html").write_text("mine")
-    with pytest.raises(InputError, match=r"report\.html"):
+@pytest.mark.parametrize("name", ["report.html", "report.md", "claims.csv", "claims.json"])
+def test_what_is_no_report_is_not_replaced(folder, tmp_path, name):
+    """Each file is judged by itself, and a file that only speaks of lodbench is the user's."""
+    shutil.copytree(folder, tmp_path, dirs_exist_ok=True)
+    (tmp_path / name).write_text("What I think of lodbench, and of its report")
+    with pytest.raises(InputError, match=name.replace(".", r"\.")):
         write_report(tmp_path)
-    assert (tmp_path / "report.html").read_text() == "mine"
+    assert (tmp_path / name).read_text().startswith("What I think")
     write_report(tmp_path, overwrite=True)
     write_report(tmp_path)
     with pytest.raises(InputError, match="at least one record"):
         write_report(tmp_path / "empty")
+
+
+PICTURE = {
+    "name": "x",
+    "title": "[t](http://evil)",
+    "caption": "<script>alert(1)</script>",
+    "alt": "![](http://evil)",
+    "layers": [["a", "UklGRg=="], ["b", "UklGRg=="]],
+}
+
+HOSTILE = {
+    "experiment is a path": lambda c: c | {"experiment": "../../out"},
+    "experiment has no name": lambda c: c | {"experiment": ""},
+    "experiment is a number": lambda c: c | {"experiment": 3},
+    "picture is a path": lambda c: c | {"notes": {"pictures": [PICTURE | {"name": "../../../p"}]}},
+    "picture is no data": lambda c: (
+        c | {"notes": {"pictures": [PICTURE | {"layers": [["a", "?"]]}]}}
+    ),
+    "pictures are words": lambda c: c | {"notes": {"pictures": "none"}},
+    "points are gone": lambda c: {key: value for key, value in c.items() if key != "points"},
+    "points are numbers": lambda c: c | {"points": [1, 2]},
+    "samples are words": lambda c: c | {"points": _sampled(c, ["many"])},
+    "samples overflow": lambda c: c | {"points": _sampled(c, [10**400])},
+    "samples are gone": lambda c: c | {"points": [each | {"samples": []} for each in c["points"]]},
+    "claims are no claims": lambda c: c | {"claims": [{"estimand": "x"}]},
+    "provenance is a list": lambda c: c | {"provenance": []},
+    "notes cannot be ordered": lambda c: c | {"notes": {"x": [1, "a", *range(30)]}},
+    "content is a list": lambda c: [],
+    "content is null": lambda c: None,
+}
+
+
+def _sampled(content, values):
+    first = content["points"][0]
+    samples = [each | {"values": values} for each in first["samples"]]
+    return [first | {"samples": samples}, *content["points"][1:]]
+
+
+def _written(content, folder):
+    """A record's file with any content, its hash and its name as they must be."""
+    text = json.dumps(content, sort_keys=True, separators=(",", ":"))
+    sha256 = hashlib.sha256(text.encode()).hexdigest()
+    body = {"format": FORMAT, "format_version": FORMAT_VERSION, "sha256": sha256}
+    path = folder / f"law-{sha256[:16]}.json"
+    path.write_text(json.dumps(body | {"content": content}))
+    return path
+
+
+def test_a_record_that_is_damaged_or_hostile_is_named_and_left_out(record, tmp_path, capfd):
+    within = tmp_path / "a" / "b" / "records"
+    within.mkdir(parents=True)
+    write_record(record, within)
+    for change in HOSTILE.values():
+        _written(change(record.content), within)
+    (within / f"law-{'0' * 16}.json").write_text("[" * 10**5)
+    os.mkfifo(within / f"law-{'1' * 16}.json")
+    (within / f"law-{'2' * 16}.json").mkdir()
+    bad = {path.name for path in within.iterdir()} - {record.name}
+    left = []
+    html, markdown = write_report(within, note=left.append)
+    assert record.name in html.read_text() and record.name in markdown.read_text()
+    assert len(left) == len(bad) == len(HOSTILE) + 3
+    assert all(any(name in line for line in left) for name in bad)
+    assert [path.name for path in tmp_path.rglob("*") if within not in path.parents] == [
+        *("a", "b", "records")
+    ]
+    with pytest.raises(SystemExit) as ended:
+        main(["report", str(within)])
+    out, err = capfd.readouterr()
+    assert ended.value.code == 1 and "report.html" in out and "Traceback" not in err
+    assert "19 of the folder's records left out" in err.splitlines()[-1]
+
+
+def test_what_a_record_says_is_text_on_both_pages(record, tmp_path):
+    told = {"pictures": [PICTURE], "place": "<img src=x onerror=alert(1)> [a](http://evil)\n# b"}
+    topic = "x; rm -rf ~"
+    points = tuple(replace(each, case=each.case | {"topic": topic}) for each in record.points)
+    write_record(replace(record, version=0, notes=told, points=points), tmp_path)
+    html, markdown = (path.read_text() for path in write_report(tmp_path))
+    assert "<img" not in markdown and "<script" not in markdown
+    assert not re.search(r"(?<!\\)\]\((?!plots/)", markdown) and "\n# b" not in markdown
+    assert "<script>alert" not in html and "<img src=x" not in html
+    assert f"lodbench run '{topic}'" in markdown
 
 
 def test_pages_and_numbers_say_the_same(folder, record):

@@ -11,6 +11,8 @@ import numpy as np
 import pytest
 
 from bench.cli.main import main
+from lod.errors import InputError
+from scenes.imported import usd as usd_module
 from scenes.imported.library import keep_model, read_model
 from tests.scenes.imported.sample_models import glb, lamp_tree, lamp_tree_parts, mill
 
@@ -304,6 +306,34 @@ def test_a_broken_model_is_refused_in_one_line(
 
 def digest(path: Path) -> str:
     return read_model(path).digest
+
+
+TENFOLD = {
+    "by references": lambda k, n: f'def Xform "c{n}" (references = @l{k}.usda@) {{}}',
+    "by payloads": lambda k, n: f'def Xform "c{n}" (payload = @l{k}.usda@) {{}}',
+    "in variants": lambda k, n: (
+        f'def Xform "c{n}" (\nvariants = {{\nstring v = "a"\n}}\nprepend variantSets = "v"\n) '
+        f'{{\nvariantSet "v" = {{\n"a" (references = @l{k}.usda@) {{\n}}\n}}\n}}'
+    ),
+}
+
+
+@pytest.mark.parametrize("arc", TENFOLD)
+def test_layers_that_grow_tenfold_are_refused_in_time(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, arc: str
+) -> None:
+    """Twelve small files are 10¹² nodes; where each refers to the next once, they are twelve."""
+    monkeypatch.setattr(usd_module, "MOST_COMPOSED_S", 2)
+    for times in (1, 10):
+        folder = tmp_path / f"{times}"
+        folder.mkdir()
+        for k in range(13):
+            below = "\n".join(TENFOLD[arc](k + 1, n) for n in range(times)) if k < 12 else ""
+            text = f'#usda 1.0\n(defaultPrim = "r")\ndef Xform "r" {{\n{below}\n}}\n'
+            (folder / f"l{k}.usda").write_text(text)
+        with pytest.raises(InputError) as refused:
+            read_model(folder / "l0.usda")
+        assert ("composes within" in str(refused.value)) == (times == 10), refused.value
 
 
 def test_namesakes_are_numbered(tmp_path: Path) -> None:

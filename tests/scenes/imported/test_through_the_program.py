@@ -1,6 +1,7 @@
 """Imported models through the whole program: counted, rendered, resumed, verified, refused."""
 
 import json
+import os
 from pathlib import Path
 from typing import Any
 
@@ -8,10 +9,12 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from bench.cli.commands import model
 from bench.cli.commands.model import SIDE
 from bench.cli.main import main
 from lod.errors import InputError
 from scenes.imported.library import keep_model, model_by_digest, read_model
+from scenes.model_files.names import user_model_names
 from scenes.presets.load import load_preset
 from scenes.render.exr.header import frame_settings
 from scenes.render.exr.layer_file import read_exr
@@ -114,6 +117,44 @@ def test_a_model_is_added_with_a_picture_of_its_levels(run: Any, tmp_path: Path)
         assert sheet.width > 5 * SIDE and sheet.height > 2 * SIDE
         pixels = np.asarray(sheet)
     assert (pixels != pixels[0, 0]).any(axis=-1).mean() > 0.5
+
+
+def test_a_model_whose_picture_fails_is_not_kept_and_can_be_added_again(
+    run: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lamps = str(lamp_tree(tmp_path / "lamps.glb"))
+    with monkeypatch.context() as full:
+
+        def fails(*_: object) -> None:
+            raise OSError(28, "No space left on device")
+
+        full.setattr(model, "_picture", fails)
+        code, _, err = run("model", "add", lamps)
+        assert code == 1 and "make room, then give the same command again" in err
+    monkeypatch.setattr(model, "_picture", lambda *_: None)
+    assert run("model", "add", lamps)[0] == 0
+
+
+def test_a_model_that_is_damaged_is_named_and_the_others_are_listed(
+    run: Any, preset: str, tmp_path: Path
+) -> None:
+    (tmp_path / "data/lodbench/models/broken.npz").write_bytes(b"PK")
+    code, out, err = run("model", "list")
+    assert code == 0 and "lamps" in out and "broken.npz" in err and "add it again" in err
+
+
+def test_a_home_that_cannot_be_read_holds_no_models(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    home = tmp_path / "home"
+    home.mkdir(mode=0)
+    monkeypatch.setenv("XDG_DATA_HOME", str(home))
+    user = os.geteuid()
+    os.seteuid(65534 if user == 0 else user)
+    try:
+        assert user_model_names() == ()
+    finally:
+        os.seteuid(user)
 
 
 def test_settings_hold_the_model_and_only_that_one_will_do(preset: str, tmp_path: Path) -> None:

@@ -125,6 +125,15 @@ def test_without_a_writable_folder_everything_is_made_each_time(
     assert make.times == 2 and writable_cache() is None
 
 
+def test_what_others_may_have_written_is_not_believed(folder: Path) -> None:
+    make = Maker()
+    kept("tree", "a", make)
+    assert folder.stat().st_mode & 0o777 == 0o700
+    folder.chmod(0o770)
+    kept("tree", "a", make)
+    assert make.times == 2 and writable_cache() is None
+
+
 def test_a_user_without_a_home_uses_the_folder_of_the_installation(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

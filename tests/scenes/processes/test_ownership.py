@@ -2,6 +2,7 @@
 
 import contextlib
 import fcntl
+import json
 import multiprocessing
 import os
 import signal
@@ -10,7 +11,7 @@ import time
 import pytest
 
 from scenes.processes import ownership as module
-from scenes.processes.ownership import NAME, Owned, ownership
+from scenes.processes.ownership import NAME, Owned, Owner, owned, ownership
 
 spawning = multiprocessing.get_context("fork")
 
@@ -104,6 +105,26 @@ def test_a_folder_of_the_dead_is_taken_over(tmp_path, locks):
     assert (took < 1) == (locks == "locks"), took
     assert took < 10
     assert os.listdir(tmp_path) == []
+
+
+def test_whoever_waits_for_a_sign_of_life_is_told(tmp_path, monkeypatch):
+    monkeypatch.setattr(module, "TOLD_S", 0.2)
+    (tmp_path / NAME).mkdir()
+    (tmp_path / NAME / "x.owner").write_text(
+        json.dumps({**Owner("one", "far", 7, "another start", 0)._asdict(), "beat": 0})
+    )
+    said = []
+    with owned(tmp_path, "two", "renders there", said.append):
+        pass
+    assert len(said) == 1 and f"process 7 on far owns {tmp_path} and may be dead" in said[0]
+
+
+def test_what_is_no_file_owns_nothing(tmp_path):
+    (tmp_path / NAME).mkdir()
+    os.mkfifo(tmp_path / NAME / "x.owner")
+    (tmp_path / NAME / "y.owner").mkdir()
+    with ownership(tmp_path, "two"):
+        pass
 
 
 def test_one_that_sleeps_keeps_its_lock(tmp_path):

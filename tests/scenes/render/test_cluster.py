@@ -4,8 +4,10 @@ import contextlib
 import os
 import signal
 import socket
+import subprocess
 import sys
 import threading
+import time
 
 import cloudpickle
 import numpy as np
@@ -83,6 +85,26 @@ def test_a_worker_that_dies_on_the_way_changes_nothing(settings, two, tmp_path):
     assert names == [f"a.{frame:04d}.exr" for frame in frames]
     again = list(render_on_cluster(open_job(job.folder / "a.####.exr", frames, settings), two))
     assert all(record["kept"] for record in again) and hashes(again) == hashes(local)
+
+
+def test_workers_of_this_machine_take_tasks_from_this_process_alone(two):
+    """Another process of the machine finds no port but the loopback's, and no way in."""
+    from urllib.error import HTTPError
+    from urllib.request import urlopen
+
+    from distributed import Client
+    from psutil import Process
+
+    processes = [Process(), *Process().children(recursive=True)]
+    listening = [c.laddr for p in processes for c in p.net_connections() if c.status == "LISTEN"]
+    assert len(listening) >= 3 and {each.ip for each in listening} == {"127.0.0.1"}
+    for scheme in ("tcp", "tls"):
+        with pytest.raises((OSError, TypeError)):
+            address = two.client.scheduler.address.replace("tls", scheme)
+            Client(address, timeout=1).close()
+    dashboard = two.client.cluster.scheduler.http_server.port
+    with pytest.raises(HTTPError, match="404"):
+        urlopen(f"http://127.0.0.1:{dashboard}/status", timeout=5)
 
 
 def poisonous(settings, frame, path, threads, most_bytes):
@@ -236,3 +258,35 @@ def test_a_worker_that_comes_late_is_waited_for():
         with cluster(growing.scheduler_address, say=said.append) as workers:
             assert len(workers.client.scheduler_info()["workers"]) == 1
     assert "has no worker yet" in said[-1]
+
+
+def slow(settings, frame, path, threads, most_bytes):
+    import time
+
+    time.sleep(60)
+
+
+def test_a_scheduler_that_is_killed_is_said_in_one_line(settings, tmp_path, capfd):
+    words = sys.executable, "-m", "distributed.cli.dask_scheduler", "--port", "0"
+    file = tmp_path / "scheduler.json"
+    scheduler = subprocess.Popen(
+        [*words, "--no-dashboard", "--scheduler-file", str(file)], stderr=subprocess.DEVNULL
+    )
+    while not file.exists():
+        assert scheduler.poll() is None
+        time.sleep(0.1)
+    words = sys.executable, "-m", "distributed.cli.dask_worker", "--no-dashboard"
+    worker = subprocess.Popen(
+        [*words, "--scheduler-file", str(file), "--no-nanny"], stderr=subprocess.DEVNULL
+    )
+    try:
+        job = open_job(tmp_path / "a.####.exr", [1, 2], settings)
+        with pytest.raises(ConnectionError, match="the scheduler has gone"):
+            with cluster(str(file)) as workers:
+                threading.Timer(1.0, scheduler.kill).start()
+                list(render_on_cluster(job, workers, slow))
+    finally:
+        for process in (worker, scheduler):
+            process.kill()
+            process.wait()
+    assert "Traceback" not in capfd.readouterr().err

@@ -101,6 +101,16 @@ def test_a_name_or_an_installation_that_will_not_do(monkeypatch, tmp_path):
         check_usd(tmp_path / "a.usda")
 
 
+def test_a_disk_that_is_full_says_so_and_leaves_nothing(made, tmp_path, monkeypatch):
+    from pxr import Tf as tf
+    from pxr import Usd as usd
+
+    monkeypatch.setattr(usd.Stage, "Export", lambda *_: tf.RaiseRuntimeError("full"))
+    with pytest.raises(OSError, match=r"a\.usda: USD cannot write it; \d+ bytes are free there"):
+        write_usd(tmp_path / "a.usda", made, {})
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_a_folder_that_is_gone_says_so(made, tmp_path):
     with pytest.raises(FileNotFoundError):
         write_usd(tmp_path / "gone" / "a.usda", made, {})

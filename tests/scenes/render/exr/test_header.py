@@ -231,3 +231,16 @@ def test_settings_of_one_hash_number_their_species_alike():
     assert settings_hash(other) == settings_hash(settings)
     orders = [list(preset_from_settings(each).species) for each in (settings, other)]
     assert orders[0] == orders[1] == sorted(orders[0])
+
+
+def test_settings_of_another_version_say_which_and_what_is_otherwise():
+    settings = frame_settings(load_preset("meadow"), "scalar_rgb")
+    settings = {**settings, "camera": {**settings["camera"], "tilt": 1.0}}
+    older = {**settings, "software": "lodbench 0.1 (Mitsuba 3.0)"}
+    with pytest.raises(InputError, match=r"settings: camera\.tilt"):
+        preset_from_settings(settings)
+    said = (
+        r"frame: 'lodbench 0\.1 .*': settings of lodbench .*\(settings: camera\.tilt: .*render it"
+    )
+    with pytest.raises(InputError, match=said):
+        preset_from_settings(older)

@@ -145,6 +145,13 @@ def test_frames_of_another_version_are_refused_by_its_name(run):
         run()
 
 
+def test_a_version_is_named_before_the_keys_that_it_has_otherwise(run):
+    older = {**SETTINGS, "a": 1, "b": 2, "c": 3, "d": 4, "software": "lodbench 0.1 (Mitsuba 3.0)"}
+    run(settings=older)
+    with pytest.raises(InputError, match=r"\(software: lodbench 0\.1 .*; a: 1 → absent; b: 2"):
+        run()
+
+
 def test_a_file_that_is_not_ours_is_refused(run, tmp_path):
     (tmp_path / "out").mkdir()
     stranger = tmp_path / "out" / "a.0002.exr"
