@@ -40,8 +40,17 @@ from scenes.model_files.parameter_file import first_error
 MOST_JSON_BYTES = 2**24
 """Of a header at most: what it says is read into Python objects, some 30 times as large."""
 
-_HARMLESS = ("KHR_materials_", "KHR_lights_punctual", "KHR_xmp")
-_TRIANGLES, _STRIP = 4, 5
+_HARMLESS = ("KHR_materials_", "KHR_texture_transform", "KHR_lights_punctual", "KHR_xmp")
+"""Beginnings of extensions without which a mesh has the same triangles."""
+
+_SAME = {
+    f"KHR_materials_{name}"
+    for name in "anisotropy clearcoat dispersion emissive_strength ior iridescence".split()
+    + "sheen specular unlit".split()
+}
+"""Extensions of a material that leave its base colour as it is."""
+
+_TRIANGLES, _STRIP, _REPEAT = 4, 5, 10497
 
 _DATA = ("accessors", "bufferViews", "materials", "textures", "images", "samplers")
 """Tables of a header that trimesh is handed as they are."""
@@ -118,7 +127,7 @@ def read_gltf(path: Path, sidecar: Sidecar) -> list[Node]:
         where = f"{path.name}: node {name}"
         above = OBJECT_FROM_Y_UP @ unit if parent < 0 else frames[parent]
         frames.append(above @ _local(where, entry))
-        mesh = None
+        mesh = unclear = None
         if entry.mesh is not None:
             pieces = []
             found = header.meshes[entry.mesh].primitives, decoded[entry.mesh]
@@ -127,14 +136,22 @@ def read_gltf(path: Path, sidecar: Sidecar) -> list[Node]:
                 faces = np.asarray(made["faces"], np.int64).reshape(-1, 3)
                 normals = made.get("vertex_normals")
                 normals = None if normals is None else np.asarray(normals, np.float64)
-                colours = _colours(where, raw, primitive, made, len(vertices))
+                try:
+                    colours = _colours(where, raw, primitive, made, len(vertices))
+                except InputError as error:
+                    colours, unclear = np.zeros_like(vertices), error
+                except (LookupError, TypeError, ValueError, AttributeError) as error:
+                    arrived = f"{type(error).__name__} {error}"
+                    raise InputError(f"{where} material", arrived, "as glTF 2.0 has it") from None
                 piece = checked_mesh(where, vertices, faces, colours, normals)
                 pieces.append(moved(piece, frames[-1]))
             if not pieces:
                 raise InputError(where, "no primitives", "a mesh has triangles", "take it out")
             mesh = joined(pieces)
         extras = entry.extras if isinstance(entry.extras, Mapping) else {}
-        nodes.append(Node(name, parent, frames[-1], mesh, node_settings(where, extras)))
+        passed = entry.camera is not None or "KHR_lights_punctual" in entry.extensions
+        said = node_settings(where, extras)
+        nodes.append(Node(name, parent, frames[-1], mesh, said, passed, unclear))
     return nodes
 
 
@@ -158,7 +175,7 @@ def _read_header(path: Path) -> tuple[dict[str, Any], bytes]:
         rule = f"a header of at most {MOST_JSON_BYTES} bytes"
         raise InputError(path.name, f"{len(data)} bytes", rule, "join nodes, save it as .glb")
     try:
-        raw = json.loads(data)
+        raw = json.loads(data.rstrip(b"\0"))  # some writers fill a chunk up with zeros
     except (ValueError, RecursionError) as error:
         raise InputError(path.name, data[:24], f"glTF is JSON or GLB ({error})") from None
     if not isinstance(raw, dict):
@@ -186,8 +203,8 @@ def _checked(name: str, raw: dict[str, Any]) -> _Header:
 def _walk(name: str, header: _Header) -> list[tuple[int, int]]:
     """Each node of the scene and the place in this list of the one above, that one first.
 
-    Cameras and lights are passed over. Raises InputError for a node that is not there, and for one
-    that is below itself or below two others.
+    Raises InputError for a node that is not there, and for one that is below itself or below two
+    others.
     """
     if header.scenes:
         if header.scene >= len(header.scenes):
@@ -212,9 +229,6 @@ def _walk(name: str, header: _Header) -> list[tuple[int, int]]:
             rule = "a node stands below one node alone and never below itself"
             raise InputError(where, "a cycle", f"{rule} (again below {above})", "export a tree")
         seen.add(row)
-        is_no_part = entry.camera is not None or "KHR_lights_punctual" in entry.extensions
-        if entry.mesh is None and not entry.children and is_no_part:
-            continue
         order.append((row, parent))
         left += [(child, len(order) - 1) for child in reversed(entry.children)]
     if not order and header.nodes:
@@ -262,12 +276,6 @@ def _triangles(name: str, header: _Header, row: int) -> int:
 def _decode(path: Path, raw: dict[str, Any], chunk: bytes) -> list[list[dict[str, Any]]]:
     from trimesh.exchange.gltf import load_gltf
 
-    entries = raw.get("meshes", [])
-    single = [
-        {"name": f"{m}.{p}", "primitives": [{k: v for k, v in each.items() if k != "extensions"}]}
-        for m, entry in enumerate(entries)
-        for p, each in enumerate(entry["primitives"])
-    ]
     # Each buffer gets a name of its own; pictures keep theirs.
     files: dict[str, bytes] = {}
     buffers = []
@@ -286,8 +294,14 @@ def _decode(path: Path, raw: dict[str, Any], chunk: bytes) -> list[list[dict[str
     if sum(map(len, files.values())) > MOST_BYTES:
         raise InputError(path.name, "its buffers", f"at most {MOST_BYTES} bytes in all")
     plain = {key: raw[key] for key in _DATA if key in raw}
-    plain |= {"meshes": single, "buffers": buffers, "asset": {"version": "2.0"}}
+    plain |= {"buffers": buffers, "asset": {"version": "2.0"}}
+    entries = raw.get("meshes", [])
     try:
+        plain["meshes"] = [
+            {"name": f"{m}.{p}", "primitives": [_plain(raw, each)]}
+            for m, entry in enumerate(entries)
+            for p, each in enumerate(entry["primitives"])
+        ]
         made = load_gltf(io.BytesIO(json.dumps(plain).encode()), resolver=files)["geometry"]
     except Exception as error:  # whatever trimesh meets in a broken file
         text = " ".join(f"{type(error).__name__} {error}".split())
@@ -297,6 +311,16 @@ def _decode(path: Path, raw: dict[str, Any], chunk: bytes) -> list[list[dict[str
         [made[f"{m}.{p}"] for p in range(len(entry["primitives"]))]
         for m, entry in enumerate(entries)
     ]
+
+
+def _plain(raw: dict[str, Any], primitive: dict[str, Any]) -> dict[str, Any]:
+    """A primitive without extensions, with the coordinates of its texture as TEXCOORD_0."""
+    own, named = dict(primitive["attributes"]), primitive.get("material")
+    pbr = {} if named is None else raw["materials"][named].get("pbrMetallicRoughness", {})
+    used = own.get(f"TEXCOORD_{pbr.get('baseColorTexture', {}).get('texCoord', 0)}")
+    own = {key: value for key, value in own.items() if not key.startswith("TEXCOORD_")}
+    own |= {} if used is None else {"TEXCOORD_0": used}
+    return {k: v for k, v in primitive.items() if k != "extensions"} | {"attributes": own}
 
 
 def _fetch(path: Path, key: str, uri: str) -> bytes:
@@ -346,15 +370,23 @@ def _colours(
     ):
         rule, cure = "opaque materials alone", "model leaves as meshes, or set alphaMode OPAQUE"
         raise InputError(f"{where} material", material.get("alphaMode"), rule, cure)
+    texture = pbr.get("baseColorTexture", {})
+    strange = sorted({*material.get("extensions", ()), *texture.get("extensions", ())} - _SAME)
+    if strange:
+        rule, cure = "a base colour of core glTF alone", "bake it, or say albedo in FILE.toml"
+        raise InputError(f"{where} material {material.get('name', '')}", strange[0], rule, cure)
     colours = np.tile(factor[:3], (count, 1))
     visual = made.get("visual")
     uv = getattr(visual, "uv", None)
     image = getattr(getattr(visual, "material", None), "baseColorTexture", None)
-    if "baseColorTexture" in pbr:
+    if texture:
         if uv is None or image is None:
-            rule = "a texture that can be read, with coordinates TEXCOORD_0"
+            rule = f"a texture that can be read, with TEXCOORD_{texture.get('texCoord', 0)}"
             raise InputError(f"{where} material", "a texture", rule, "export it as PNG or JPEG")
-        colours = colours * texture_colours(where, image, np.asarray(uv, np.float64))
+        sampler = raw["textures"][texture["index"]].get("sampler")
+        wraps = raw["samplers"][sampler] if sampler is not None else {}
+        repeats = {wraps.get(f"wrap{k}", _REPEAT) for k in "ST"} == {_REPEAT}
+        colours = colours * texture_colours(where, image, np.asarray(uv, np.float64), repeats)
     painted = made.get("vertex_colors")
     if painted is None and visual is not None:
         painted = getattr(visual, "vertex_attributes", {}).get("color")

@@ -7,6 +7,7 @@ means its file or its name, held against the hash of what was meant.
 import io
 import json
 import zipfile
+from collections.abc import Callable
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -69,8 +70,11 @@ def unpack(data: bytes, where: str) -> PartTree:
         raise InputError(where, f"{len(data)} bytes", rule, "add it again") from None
 
 
-def read_model(path: Path) -> PartTree:
-    """Read a scene file and the table beside it; raises InputError for all that is wrong."""
+def read_model(path: Path, note: Callable[[str], object] = lambda text: None) -> PartTree:
+    """Read a scene file and the table beside it; raises InputError for all that is wrong.
+
+    ``note`` is called with what is read otherwise than a renderer would show it.
+    """
     where = str(path)
     try:
         if not is_model_file(where):
@@ -83,8 +87,9 @@ def read_model(path: Path) -> PartTree:
             raise InputError(where, "0 bytes", "a scene file", "it is empty: export it again")
         beside = path.with_name(f"{path.name}.toml")
         sidecar = read_model_file(beside, Sidecar, {}) if beside.is_file() else Sidecar()
-        read = read_gltf if path.suffix.lower() in (".gltf", ".glb") else read_usd
-        return build_tree(path.name, read(path, sidecar), sidecar)
+        if path.suffix.lower() in (".gltf", ".glb"):
+            return build_tree(path.name, read_gltf(path, sidecar), sidecar)
+        return build_tree(path.name, read_usd(path, sidecar, note), sidecar)
     except InputError as error:
         if error.cure:
             raise
