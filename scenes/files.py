@@ -6,17 +6,23 @@ nothing may be replaced, so that the file system settles who comes first.
 """
 
 import errno
+import itertools
+import operator
 import os
 import socket
 import tempfile
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import Any
 
 from lod.errors import InputError
 
 PLACEHOLDER = "####"
 """Stands in a pattern for the frame's number, at least four digits."""
+
+LAST_FRAME, MOST_FRAMES = 999_999, 100_000
+"""The highest number of a frame, and how many frames are rendered at once."""
 
 LONGEST_NAME = 255
 """Bytes of a file's name that every usual file system takes."""
@@ -164,7 +170,7 @@ def check_pattern(pattern: str | Path) -> None:
     cure = "write it as out/name.####.exr"
     if not name.endswith(".exr"):
         raise InputError("-o", str(pattern), "frames are .exr files", cure)
-    if name.count("#") != len(PLACEHOLDER) or PLACEHOLDER not in name or "#" in folder:
+    if name.count("#") != len(PLACEHOLDER) or PLACEHOLDER not in name or PLACEHOLDER in folder:
         rule = "the file's name holds #### once, for the number"
         raise InputError("-o", str(pattern), rule, cure)
     check_name(os.path.join(folder, name.replace(PLACEHOLDER, "0" * _LONGEST_NUMBER)))
@@ -186,6 +192,26 @@ def check_name(path: str | Path, where: str = "-o") -> None:
     longest = LONGEST_NAME - len(partial_path(Path(path)).name.encode()) + len(name.encode())
     if len(name.encode()) > longest:
         raise InputError(where, name, f"a name of at most {longest} bytes", cure)
+
+
+def checked_frames(frames: Any, where: str = "frames") -> tuple[int, ...]:
+    """Check an iterable of whole numbers of frames, and give each once, in their order.
+
+    Raises InputError for anything but whole numbers from 1 on, and for none or too many.
+    """
+    try:
+        found = tuple(itertools.islice(map(operator.index, frames), MOST_FRAMES + 1))
+    except TypeError:
+        rule = "whole numbers of frames"
+        raise InputError(where, repr(frames)[:80], rule, "try range(1, 25)") from None
+    if not 0 < len(found) <= MOST_FRAMES:
+        arrived, rule = f"{len(found)} frames", f"1 to {MOST_FRAMES} frames"
+        raise InputError(where, arrived, rule, "render in parts")
+    for number in found:
+        if not 1 <= number <= LAST_FRAME:
+            rule, cure = f"frames count from 1 to {LAST_FRAME}", "try range(1, 25)"
+            raise InputError(where, number, rule, cure)
+    return tuple(dict.fromkeys(found))
 
 
 def frame_path(pattern: str | Path, frame: int) -> Path:

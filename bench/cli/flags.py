@@ -20,6 +20,7 @@ from click.core import ParameterSource
 from click.shell_completion import CompletionItem
 
 from lod.errors import InputError
+from scenes.files import LAST_FRAME, checked_frames
 from scenes.presets.load import Setting, load_preset
 from scenes.presets.schema import Preset
 from scenes.presets.things import ScriptLine
@@ -315,8 +316,6 @@ def _said_keys(ctx: click.Context, order: Sequence[click.Parameter]) -> Iterator
         yield f"species.{name}.density", f"--density {name}"
 
 
-LAST_FRAME = 999_999
-MOST_FRAMES = 100_000
 _SPAN = re.compile(r"(\d{1,40})(?:-(\d{1,40})(?:x(\d{1,40}))?)?", re.ASCII)
 _MEMORY = re.compile(r"(\d{1,9}(?:\.\d{1,9})?) ?(MB|GB|MiB|GiB)", re.ASCII | re.IGNORECASE)
 _UNITS = {"mb": 10**6, "gb": 10**9, "mib": 2**20, "gib": 2**30}
@@ -342,12 +341,8 @@ def frame_numbers(text: str) -> tuple[int, ...]:
             raise InputError("--frames", text, "a step of at least 1", f"write {first}-{last}x10")
         if last < first:
             raise InputError("--frames", text, "a range runs upwards", f"write {last}-{first}")
-        if first < 1:
-            raise InputError("--frames", text, "frames count from 1", "try 1-24")
         frames.update(range(first, last + 1, step))
-    if len(frames) > MOST_FRAMES:
-        raise InputError("--frames", text, f"at most {MOST_FRAMES} frames", "render in parts")
-    return tuple(sorted(frames))
+    return checked_frames(sorted(frames), "--frames")
 
 
 def memory_limit_bytes(text: str | None) -> int | None:

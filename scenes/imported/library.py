@@ -89,7 +89,11 @@ def read_model(path: Path, note: Callable[[str], object] = lambda text: None) ->
         sidecar = read_model_file(beside, Sidecar, {}) if beside.is_file() else Sidecar()
         if path.suffix.lower() in (".gltf", ".glb"):
             return build_tree(path.name, read_gltf(path, sidecar), sidecar)
-        return build_tree(path.name, read_usd(path, sidecar, note), sidecar)
+        notes: list[str] = []
+        tree = build_tree(path.name, read_usd(path, sidecar, notes.append), sidecar)
+        for text in notes:
+            note(text)
+        return tree
     except InputError as error:
         if error.cure:
             raise

@@ -92,7 +92,7 @@ def read_usd(path: Path, sidecar: Sidecar, note: Callable[[str], object]) -> lis
         meshes = (UsdGeom.Mesh(prim) for prim, *_, passed in found if not passed)
         schemes = [each.GetSubdivisionSchemeAttr().Get() for each in meshes if each]
         if smooth := len(schemes) - schemes.count("none"):
-            note(f"{name}: {smooth} subdivision surfaces are read as their control meshes")
+            note(f"{name}: {smooth} meshes are subdivision surfaces, of which the cage is read")
         return [_node(name, *each, time) for each in found]
     finally:
         said.TakeUncoalescedDiagnostics()

@@ -3,6 +3,7 @@
 The imported models of a preset are held to the hash of what they were when it was read.
 """
 
+import os
 import re
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
@@ -183,7 +184,13 @@ def _toml_value(text: str) -> Any:
 
 
 def _plain(data: Any) -> Any:
-    """Nested data with its own tables and with tuples for lists, as the strict models want it."""
+    """Nested data with its own tables and with tuples for lists, as the strict models want it.
+
+    Numbers and arrays of NumPy become Python's, and paths become text.
+    """
+    if isinstance(data, os.PathLike):
+        return os.fspath(data)
+    data = data.tolist() if hasattr(data, "tolist") else data
     if isinstance(data, Mapping):
         return {name: _plain(value) for name, value in data.items()}
     if isinstance(data, list | tuple):

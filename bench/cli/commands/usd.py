@@ -6,10 +6,10 @@ from typing import Any
 
 import click
 
-from bench.cli.flags import LAST_FRAME, StrictCommand, memory_flag, preset_from_flags, view_flags
+from bench.cli.flags import StrictCommand, memory_flag, preset_from_flags, view_flags
 from bench.cli.output import output, progress_bar, tell_first_run
 from lod.errors import InputError
-from scenes.files import make_folder
+from scenes.files import LAST_FRAME, make_folder
 
 
 @click.command("usd", cls=StrictCommand)

@@ -303,7 +303,7 @@ def test_cages_are_said_and_holes_are_left_out(tmp_path: Path) -> None:
     faces = "int[] faceVertexCounts = [3,3]\nint[] faceVertexIndices = [0,1,2,0,2,3]"
     text = f'{X} def Mesh "c" {{{points}\n{faces}\nint[] holeIndices = [1] }} }}'
     assert len(read_model(usda(text)(tmp_path), said.append).meshes) == 1
-    assert "1 subdivision surfaces are read as their control meshes" in said[0]
+    assert "1 meshes are subdivision surfaces, of which the cage is read" in said[0]
 
 
 def test_what_an_instancer_places_stands_there(tmp_path: Path) -> None:
