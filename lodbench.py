@@ -122,8 +122,7 @@ def load_preset(name_or_path: str | Path, changes: Mapping[str, Any] | None = No
     """Load a preset by its name or the path of its TOML file.
 
     changes  new values by dotted key, as ``{"camera.height": 20.0, "view.metric": "bounded"}``;
-             `lodbench list --keys` lists the keys with unit, range and meaning; NumPy's numbers and
-             arrays will do, and paths
+             `lodbench list --keys` lists the keys with unit, range and meaning
     Raises InputError, in one line, for a preset or a value that cannot be.
     """
     settings = [Setting(key, key, value) for key, value in (changes or {}).items()]
@@ -159,7 +158,7 @@ def render(
     watch  function that is called now and then with the samples taken so far, and their number in
            all
     Raises InputError for what cannot be rendered. The first call compiles kernels, which takes
-    longer once on a machine. Mitsuba's variant is the caller's again when it ends.
+    longer once on a machine.
     """
     from scenes.files import checked_frames
     from scenes.render.budget import within_budget
@@ -195,13 +194,9 @@ def render_sequence(
     from scenes.render.render_files import Workers, render_files, settled
 
     check_pattern(pattern)
-    chosen, numbers, path = _preset(preset), checked_frames(frames), Path(pattern).absolute()
-
-    def each() -> Iterator[dict[str, Any]]:
-        settings = settled(chosen, path, numbers)
-        yield from render_files(settings, path, numbers, Workers(threads), overwrite)
-
-    return each()
+    numbers, path = checked_frames(frames), Path(pattern).absolute()
+    settings = settled(_preset(preset), path, numbers)
+    return render_files(settings, path, numbers, Workers(threads), overwrite)
 
 
 def read_frame(path: str | Path) -> Frame:

@@ -170,7 +170,7 @@ def check_pattern(pattern: str | Path) -> None:
     cure = "write it as out/name.####.exr"
     if not name.endswith(".exr"):
         raise InputError("-o", str(pattern), "frames are .exr files", cure)
-    if name.count("#") != len(PLACEHOLDER) or PLACEHOLDER not in name or PLACEHOLDER in folder:
+    if name.count("#") != len(PLACEHOLDER) or PLACEHOLDER not in name or "##" in folder:
         rule = "the file's name holds #### once, for the number"
         raise InputError("-o", str(pattern), rule, cure)
     check_name(os.path.join(folder, name.replace(PLACEHOLDER, "0" * _LONGEST_NUMBER)))
@@ -194,23 +194,20 @@ def check_name(path: str | Path, where: str = "-o") -> None:
         raise InputError(where, name, f"a name of at most {longest} bytes", cure)
 
 
-def checked_frames(frames: Any, where: str = "frames") -> tuple[int, ...]:
+def checked_frames(frames: Any, where: str = "frames", said: object = None) -> tuple[int, ...]:
     """Check an iterable of whole numbers of frames, and give each once, in their order.
 
-    Raises InputError for anything but whole numbers from 1 on, and for none or too many.
+    Raises InputError that names ``said`` for others than 1 to 999999, for none and for too many.
     """
+    cure, arrived = "try range(1, 25)", repr(frames)[:80] if said is None else said
     try:
         found = tuple(itertools.islice(map(operator.index, frames), MOST_FRAMES + 1))
     except TypeError:
-        rule = "whole numbers of frames"
-        raise InputError(where, repr(frames)[:80], rule, "try range(1, 25)") from None
+        raise InputError(where, arrived, "whole numbers of frames", cure) from None
     if not 0 < len(found) <= MOST_FRAMES:
-        arrived, rule = f"{len(found)} frames", f"1 to {MOST_FRAMES} frames"
-        raise InputError(where, arrived, rule, "render in parts")
-    for number in found:
-        if not 1 <= number <= LAST_FRAME:
-            rule, cure = f"frames count from 1 to {LAST_FRAME}", "try range(1, 25)"
-            raise InputError(where, number, rule, cure)
+        raise InputError(where, arrived, f"at least 1 and at most {MOST_FRAMES} frames", cure)
+    if not 1 <= min(found) <= max(found) <= LAST_FRAME:
+        raise InputError(where, arrived, f"frames count from 1 to {LAST_FRAME}", cure)
     return tuple(dict.fromkeys(found))
 
 

@@ -342,7 +342,7 @@ def frame_numbers(text: str) -> tuple[int, ...]:
         if last < first:
             raise InputError("--frames", text, "a range runs upwards", f"write {last}-{first}")
         frames.update(range(first, last + 1, step))
-    return checked_frames(sorted(frames), "--frames")
+    return checked_frames(sorted(frames), "--frames", text)
 
 
 def memory_limit_bytes(text: str | None) -> int | None:

@@ -21,6 +21,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from scipy.spatial.transform import Rotation
 
 from lod.errors import InputError
+from lod.shapes import Mesh, MeshTable
 from scenes.imported.part_tree import (
     MOST_BYTES,
     OBJECT_FROM_Y_UP,
@@ -30,7 +31,6 @@ from scenes.imported.part_tree import (
     check_node_count,
     check_triangle_count,
     checked_mesh,
-    joined,
     moved,
     node_settings,
     texture_colours,
@@ -43,11 +43,8 @@ MOST_JSON_BYTES = 2**24
 _HARMLESS = ("KHR_materials_", "KHR_texture_transform", "KHR_lights_punctual", "KHR_xmp")
 """Beginnings of extensions without which a mesh has the same triangles."""
 
-_SAME = {
-    f"KHR_materials_{name}"
-    for name in "anisotropy clearcoat dispersion emissive_strength ior iridescence".split()
-    + "sheen specular unlit".split()
-}
+_GLOSS = "anisotropy clearcoat dispersion emissive_strength ior iridescence sheen specular unlit"
+_SAME = {f"KHR_materials_{name}" for name in _GLOSS.split()}
 """Extensions of a material that leave its base colour as it is."""
 
 _TRIANGLES, _STRIP, _REPEAT = 4, 5, 10497
@@ -147,7 +144,8 @@ def read_gltf(path: Path, sidecar: Sidecar) -> list[Node]:
                 pieces.append(moved(piece, frames[-1]))
             if not pieces:
                 raise InputError(where, "no primitives", "a mesh has triangles", "take it out")
-            mesh = joined(pieces)
+            whole = MeshTable.of(pieces)
+            mesh = Mesh(whole.vertices, whole.normals, whole.colours, whole.faces)
         extras = entry.extras if isinstance(entry.extras, Mapping) else {}
         passed = entry.camera is not None or "KHR_lights_punctual" in entry.extensions
         said = node_settings(where, extras)
@@ -276,6 +274,12 @@ def _triangles(name: str, header: _Header, row: int) -> int:
 def _decode(path: Path, raw: dict[str, Any], chunk: bytes) -> list[list[dict[str, Any]]]:
     from trimesh.exchange.gltf import load_gltf
 
+    entries = raw.get("meshes", [])
+    single = [
+        {"name": f"{m}.{p}", "primitives": [{k: v for k, v in each.items() if k != "extensions"}]}
+        for m, entry in enumerate(entries)
+        for p, each in enumerate(entry["primitives"])
+    ]
     # Each buffer gets a name of its own; pictures keep theirs.
     files: dict[str, bytes] = {}
     buffers = []
@@ -294,14 +298,8 @@ def _decode(path: Path, raw: dict[str, Any], chunk: bytes) -> list[list[dict[str
     if sum(map(len, files.values())) > MOST_BYTES:
         raise InputError(path.name, "its buffers", f"at most {MOST_BYTES} bytes in all")
     plain = {key: raw[key] for key in _DATA if key in raw}
-    plain |= {"buffers": buffers, "asset": {"version": "2.0"}}
-    entries = raw.get("meshes", [])
+    plain |= {"meshes": single, "buffers": buffers, "asset": {"version": "2.0"}}
     try:
-        plain["meshes"] = [
-            {"name": f"{m}.{p}", "primitives": [_plain(raw, each)]}
-            for m, entry in enumerate(entries)
-            for p, each in enumerate(entry["primitives"])
-        ]
         made = load_gltf(io.BytesIO(json.dumps(plain).encode()), resolver=files)["geometry"]
     except Exception as error:  # whatever trimesh meets in a broken file
         text = " ".join(f"{type(error).__name__} {error}".split())
@@ -311,16 +309,6 @@ def _decode(path: Path, raw: dict[str, Any], chunk: bytes) -> list[list[dict[str
         [made[f"{m}.{p}"] for p in range(len(entry["primitives"]))]
         for m, entry in enumerate(entries)
     ]
-
-
-def _plain(raw: dict[str, Any], primitive: dict[str, Any]) -> dict[str, Any]:
-    """A primitive without extensions, with the coordinates of its texture as TEXCOORD_0."""
-    own, named = dict(primitive["attributes"]), primitive.get("material")
-    pbr = {} if named is None else raw["materials"][named].get("pbrMetallicRoughness", {})
-    used = own.get(f"TEXCOORD_{pbr.get('baseColorTexture', {}).get('texCoord', 0)}")
-    own = {key: value for key, value in own.items() if not key.startswith("TEXCOORD_")}
-    own |= {} if used is None else {"TEXCOORD_0": used}
-    return {k: v for k, v in primitive.items() if k != "extensions"} | {"attributes": own}
 
 
 def _fetch(path: Path, key: str, uri: str) -> bytes:
@@ -372,6 +360,7 @@ def _colours(
         raise InputError(f"{where} material", material.get("alphaMode"), rule, cure)
     texture = pbr.get("baseColorTexture", {})
     strange = sorted({*material.get("extensions", ()), *texture.get("extensions", ())} - _SAME)
+    strange += [f"TEXCOORD_{texture['texCoord']}"] if texture.get("texCoord") else []
     if strange:
         rule, cure = "a base colour of core glTF alone", "bake it, or say albedo in FILE.toml"
         raise InputError(f"{where} material {material.get('name', '')}", strange[0], rule, cure)
@@ -381,7 +370,7 @@ def _colours(
     image = getattr(getattr(visual, "material", None), "baseColorTexture", None)
     if texture:
         if uv is None or image is None:
-            rule = f"a texture that can be read, with TEXCOORD_{texture.get('texCoord', 0)}"
+            rule = "a texture that can be read, with coordinates TEXCOORD_0"
             raise InputError(f"{where} material", "a texture", rule, "export it as PNG or JPEG")
         sampler = raw["textures"][texture["index"]].get("sampler")
         wraps = raw["samplers"][sampler] if sampler is not None else {}

@@ -84,8 +84,8 @@ class Node:
 
     name    of the node alone; parent: number of the node above in their list, −1 for none
     frame   (4, 4) object from node; mesh: in the object's frame, None where it has none
-    passed  it is no part, but a camera, a light or the like, and so is what holds nothing else
-    unclear why the colours of its mesh are not known, which counts unless an albedo is said
+    passed  it is no part, as a camera, nor is what holds nothing else
+    unclear why the colours of its mesh are not known; raised unless an albedo is said
     """
 
     name: str
@@ -393,25 +393,13 @@ def moved(mesh: Mesh, frame: np.ndarray) -> Mesh:
     return Mesh(vertices, normals, mesh.colours, faces)
 
 
-def joined(meshes: list[Mesh]) -> Mesh:
-    """Return several meshes as one."""
-    starts = np.cumsum([0] + [len(each.vertices) for each in meshes])[:-1].tolist()
-    columns = {
-        key: np.concatenate([getattr(each, key) for each in meshes])
-        for key in ("vertices", "normals", "colours")
-    }
-    faces = [each.faces + start for each, start in zip(meshes, starts, strict=True)]
-    return Mesh(**columns, faces=np.concatenate(faces))
-
-
 def texture_colours(
     where: str, image: Image.Image | bytes, uv: np.ndarray, repeats: bool, grey: bool = True
 ) -> np.ndarray:
     """Look up the linear albedo of corners (v, 2) in a texture, u right and v up.
 
-    repeats  coordinates beyond 0 to 1 look into it again; otherwise there may be none
-    grey     a picture of one channel will do
-    Raises InputError for a picture that is not in sRGB with 8 bits a channel.
+    Raises InputError for a picture without 8 bits a channel, of one channel unless ``grey``, and
+    for coordinates beyond 0 to 1 unless it ``repeats``.
     """
     try:
         picture = Image.open(io.BytesIO(image)) if isinstance(image, bytes) else image

@@ -9,11 +9,13 @@ frame. Materials are what the specification of UsdPreviewSurface 2.6 says of the
 
 import itertools
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lod.arrays import expand
 from lod.errors import InputError
 from lod.shapes import Mesh
 from scenes.imported.part_tree import (
@@ -48,9 +50,6 @@ _PARTS = ("", "Xform", "Scope", "Mesh", "PointInstancer")
 
 GREY = (0.5, 0.5, 0.5)
 """Albedo where a file says none."""
-
-_PREVIEW_DIFFUSE = (0.18, 0.18, 0.18)
-"""Of a UsdPreviewSurface that says none, by its specification."""
 
 
 def read_usd(path: Path, sidecar: Sidecar, note: Callable[[str], object]) -> list[Node]:
@@ -89,11 +88,15 @@ def read_usd(path: Path, sidecar: Sidecar, note: Callable[[str], object]) -> lis
             note(f"{name}: of what varies in time, the first frame is read")
         world = _object_from_stage(name, stage, sidecar)
         found = list(_walk(name, stage, world, time))  # all is counted before any mesh is read
-        meshes = (UsdGeom.Mesh(prim) for prim, *_, passed in found if not passed)
-        schemes = [each.GetSubdivisionSchemeAttr().Get() for each in meshes if each]
-        if smooth := len(schemes) - schemes.count("none"):
+        nodes, smooth = [node for _, node in found], 0
+        for row, (prim, node) in enumerate(found):
+            if (shape := UsdGeom.Mesh(prim)) and not node.passed:
+                smooth += shape.GetSubdivisionSchemeAttr().Get() != "none"
+                mesh, unclear = _read_mesh(f"{name}: node {prim.GetPath()}", shape, time)
+                nodes[row] = replace(node, mesh=moved(mesh, node.frame), unclear=unclear)
+        if smooth:
             note(f"{name}: {smooth} meshes are subdivision surfaces, of which the cage is read")
-        return [_node(name, *each, time) for each in found]
+        return nodes
     finally:
         said.TakeUncoalescedDiagnostics()
 
@@ -117,12 +120,11 @@ def _count_specs(path: Path) -> None:
 
 def _walk(
     name: str, stage: "Usd.Stage", world: np.ndarray, time: "Usd.TimeCode"
-) -> Iterator[tuple["Usd.Prim", str, int, np.ndarray, bool]]:
-    """Prims in the order of the file, and below a point instancer what it places, each with its
-    name, the number of the one above, its frame, and whether it is passed over."""
+) -> Iterator[tuple["Usd.Prim", Node]]:
+    """Prims in the order of the file, below a point instancer what it places; without meshes."""
     from pxr import Usd, UsdGeom, UsdLux
 
-    instances_too = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
+    active = Usd.TraverseInstanceProxies(Usd.PrimIsActive & Usd.PrimIsLoaded)
     left = [(stage.GetPseudoRoot(), "", -2, world)]
     nodes = triangles = 0
     for row in itertools.count(-1):
@@ -130,9 +132,7 @@ def _walk(
             return
         prim, called, parent, frame = left.pop()
         kind, where = str(prim.GetTypeName()), f"{name}: node {prim.GetPath()}"
-        image, xform, mesh = (
-            schema(prim) for schema in (UsdGeom.Imageable, UsdGeom.Xformable, UsdGeom.Mesh)
-        )
+        image, xform, mesh = UsdGeom.Imageable(prim), UsdGeom.Xformable(prim), UsdGeom.Mesh(prim)
         passed = (
             kind == "Camera"
             or (prim.IsA(Usd.Typed) and not image)
@@ -141,10 +141,9 @@ def _walk(
             or prim.HasAPI(UsdLux.LightAPI)
             or prim.IsA(UsdLux.BoundableLightBase)
         )
-        below = []
         if not passed:
+            check_node_count(name, nodes)
             nodes += 1
-            check_node_count(name, nodes - 1)
             if kind not in _PARTS:
                 rule, cure = f"one of {', '.join(_PARTS[1:])}", "make curves and such real meshes"
                 raise InputError(where, kind, rule, cure)
@@ -158,13 +157,23 @@ def _walk(
                     raise InputError(where, int(counts.min()), "faces have three corners or more")
                 triangles += int((counts - 2).sum())
                 check_triangle_count(name, triangles)
-            below = [(p, p.GetName(), row, frame) for p in prim.GetFilteredChildren(instances_too)]
             if kind == "PointInstancer":
                 below = _instances(where, UsdGeom.PointInstancer(prim), row, frame, time)
                 check_node_count(name, nodes + len(below))
-        left += reversed(below)
+            else:
+                below = [
+                    (each, each.GetName(), row, frame)
+                    for each in prim.GetFilteredChildren(active)  # of a prototype, a class's too
+                    if each.IsDefined() == prim.IsDefined()
+                    and each.IsAbstract() == prim.IsAbstract()
+                ]
+            left += reversed(below)
+        said = {each.GetName(): each for each in prim.GetAttributes() if PREFIX in each.GetName()}
+        plain = {key: np.array(each.Get(time)).tolist() for key, each in said.items()}
+        settings = node_settings(where, plain)
         if row >= 0:
-            yield prim, called, parent, frame, passed or kind == "Scope"
+            passed |= kind == "Scope"
+            yield prim, Node(called, parent, frame, None, settings, bool(passed))
 
 
 def _instances(
@@ -200,36 +209,6 @@ def _object_from_stage(name: str, stage: "Usd.Stage", sidecar: Sidecar) -> np.nd
     return turn @ np.diag([unit, unit, unit, 1.0])
 
 
-def _node(
-    name: str,
-    prim: "Usd.Prim",
-    called: str,
-    parent: int,
-    frame: np.ndarray,
-    passed: bool,
-    time: "Usd.TimeCode",
-) -> Node:
-    from pxr import UsdGeom
-
-    where, mesh, unclear = f"{name}: node {prim.GetPath()}", None, None
-    said = {
-        str(each.GetName()): _plain(each.Get(time))
-        for each in prim.GetAttributes()
-        if PREFIX in str(each.GetName())
-    }
-    if prim.IsA(UsdGeom.Mesh) and not passed:
-        mesh, unclear = _read_mesh(where, UsdGeom.Mesh(prim), time)
-        mesh = moved(mesh, frame)
-    return Node(called, parent, frame, mesh, node_settings(where, said), passed, unclear)
-
-
-def _plain(value: Any) -> Any:
-    try:
-        return [float(each) for each in value] if not isinstance(value, str) else value
-    except TypeError:
-        return value
-
-
 def _line(text: str) -> str:
     return " ".join(text.split())[:200]
 
@@ -251,14 +230,13 @@ def _read_mesh(
         raise InputError(where, f"{len(corners)} corners", rule, "export it again")
     check_rows(where, corners, len(points))
     # Fans: rows of the corners of each triangle (t, 3).
-    face = np.repeat(np.arange(len(counts)), counts - 2)
+    face, number = expand(counts - 2)
     start = (np.cumsum(counts) - counts)[face]
-    number = np.arange(len(face)) - (np.cumsum(counts - 2) - (counts - 2))[face]
     fans = np.stack((start, start + number + 1, start + number + 2), axis=1)
     fans = fans[~np.isin(face, mesh.GetHoleIndicesAttr().Get(time) or ())]
     if str(mesh.GetOrientationAttr().Get()) == "leftHanded":
         fans = fans[:, ::-1]
-    face_of_corner = np.repeat(np.arange(len(counts)), counts)
+    face_of_corner, _ = expand(counts)
     rows = {
         "constant": (1, np.zeros(len(corners), np.int64)),
         "uniform": (len(counts), face_of_corner),
@@ -267,16 +245,16 @@ def _read_mesh(
         "faceVarying": (len(corners), np.arange(len(corners))),
     }
 
-    def by_corner(values: Any, interpolation: str) -> np.ndarray | None:
+    def by_corner(values: Any, kind: object) -> np.ndarray | None:
         values = np.array(() if values is None else values, np.float64)
-        size, row = rows.get("constant" if len(values) == 1 else interpolation, (0, corners))
+        size, row = rows.get("constant" if len(values) == 1 else str(kind), (0, corners))
         return values.reshape(size, -1)[row] if 0 < len(values) == size else None
 
     def primvar(name: str, needed: bool = True) -> np.ndarray | None:
         found = UsdGeom.PrimvarsAPI(mesh.GetPrim()).FindPrimvarWithInheritance(name)
         if not needed and not (found and found.HasValue()):
             return None
-        kind = str(found.GetInterpolation()) if found else "absent"
+        kind = found.GetInterpolation() if found else "absent"
         made = by_corner(found.ComputeFlattened(time), kind) if found else None
         if made is None:
             rule = "as many values as its interpolation needs"
@@ -296,8 +274,9 @@ def _read_mesh(
             colours[left] = _albedo(where, mesh.GetPrim(), primvar, colours, time)[left]
     except InputError as error:
         unclear = error
-    kind = str(mesh.GetNormalsInterpolation())
-    normals = by_corner(mesh.GetNormalsAttr().Get(time), kind)
+    except ValueError as error:
+        unclear = InputError(where, f"its colours ({error})", "numbers, three of each colour")
+    normals = by_corner(mesh.GetNormalsAttr().Get(time), mesh.GetNormalsInterpolation())
     # Corners of a point share a vertex unless colours or normals change from face to face.
     _, first, row = np.unique(corners, return_index=True, return_inverse=True)
     columns: list[Any] = [points[corners], colours, normals]
@@ -354,7 +333,7 @@ def _albedo(
     refuse(constant(surface, "opacity", 1.0) >= 1, "opacity", "opaque materials alone")
     diffuse = end(surface, "diffuseColor")
     if diffuse is None or not UsdShade.Output.IsOutput(diffuse):
-        return np.full_like(like, constant(surface, "diffuseColor", _PREVIEW_DIFFUSE))
+        return np.full_like(like, constant(surface, "diffuseColor", (0.18,) * 3))  # its default
     texture = UsdShade.Shader(diffuse.GetPrim())
     if kind(texture) == "UsdPrimvarReader_float3":
         return primvar(constant(texture, "varname", ""))

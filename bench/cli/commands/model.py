@@ -139,12 +139,8 @@ def _tell(out: Output, name: str, tree: "PartTree") -> None:
         {"level": level, "parts": int(n), "triangles": int(triangles[level])}
         for level, n in enumerate(parts.tolist())
     ]
-    albedo = tree.meshes.colours[tree.meshes.faces].mean(axis=1).round(4)
-    distinct, many = np.unique(albedo, axis=0, return_counts=True)
-    colours = [
-        {"albedo": distinct[row].tolist(), "triangles": int(many[row])}
-        for row in np.argsort(-many, kind="stable")
-    ]
+    found = np.unique(tree.meshes.face_colours.round(4), axis=0, return_counts=True)
+    colours = [{"albedo": row.tolist(), "triangles": int(n)} for row, n in zip(*found, strict=True)]
     out.record({"model": name, **facts, "by_level": levels, "colours": colours})
     size = " by ".join(f"{x:.3g}" for x in np.subtract(facts["high"], facts["low"]))
     lead = f"{name}: {facts['parts']:,} parts, {facts['triangles']:,} triangles, {size} m"

@@ -198,22 +198,21 @@ rel material:binding = </whole/green> }} }} }}"""
     assert (found[0] == (1, 0, 0)).all() and (found[1] == (0, 1, 0)).all()
 
 
-def lamp(change: Callable[[dict[str, Any]], object]) -> Callable[[Path], Path]:
-    """The lamp-post tree, a texture on its trunk by two sets of coordinates, then changed."""
+def lamp(change: Callable[[dict[str, Any]], object], u: float = 0.25) -> Callable[[Path], Path]:
+    """The lamp-post tree, a texture on its trunk, all of it at (u, 0.5), then changed."""
 
     def make(folder: Path) -> Path:
         header, data = lamp_tree_parts()
         own = header["meshes"][0]["primitives"][0]["attributes"]
         count = header["accessors"][own["POSITION"]]["count"]
-        for number, u in enumerate((0.25, 0.75, 1.25)):
-            uv = np.tile(np.array([u, 0.5], np.float32), (count, 1)).tobytes()
-            view = {"buffer": 0, "byteOffset": len(data), "byteLength": len(uv)}
-            header["bufferViews"].append(view)
-            row = len(header["bufferViews"]) - 1
-            entry = {"bufferView": row, "componentType": 5126, "count": count, "type": "VEC2"}
-            header["accessors"].append(entry)
-            own[f"TEXCOORD_{number}"] = len(header["accessors"]) - 1
-            data += uv
+        uv = np.tile(np.array([u, 0.5], np.float32), (count, 1)).tobytes()
+        view = {"buffer": 0, "byteOffset": len(data), "byteLength": len(uv)}
+        header["bufferViews"].append(view)
+        row = len(header["bufferViews"]) - 1
+        entry = {"bufferView": row, "componentType": 5126, "count": count, "type": "VEC2"}
+        header["accessors"].append(entry)
+        own["TEXCOORD_0"] = own["TEXCOORD_1"] = len(header["accessors"]) - 1
+        data += uv
         header["buffers"] = [{"byteLength": len(data)}]
         header |= {"textures": [{"source": 0, "sampler": 0}], "samplers": [{}]}
         header["images"] = [{"uri": picture(folder).name}]
@@ -237,13 +236,9 @@ def material(**entries: Any) -> Callable[[dict[str, Any]], object]:
     return lambda h: h["materials"][-1].update(entries)
 
 
-@pytest.mark.parametrize(
-    ("number", "expected"), [(0, LINEAR_RED), (1, LINEAR_GREEN), (2, LINEAR_RED)]
-)
-def test_gltf_has_the_set_that_its_texture_names(
-    number: int, expected: Any, tmp_path: Path
-) -> None:
-    tree = read_model(lamp(texture(texCoord=number))(tmp_path))
+@pytest.mark.parametrize(("u", "expected"), [(0.25, LINEAR_RED), (1.75, LINEAR_GREEN)])
+def test_gltf_has_the_colour_of_its_texture(u: float, expected: Any, tmp_path: Path) -> None:
+    tree = read_model(lamp(lambda h: None, u)(tmp_path))
     trunk = tree.meshes.colours[tree.meshes.vertex_owner == tree.names.index("lamp tree/trunk")]
     np.testing.assert_allclose(trunk, np.tile(expected, (len(trunk), 1)), atol=1e-4)
 
@@ -252,17 +247,14 @@ def test_gltf_has_the_set_that_its_texture_names(
     ("change", "said"),
     [
         (texture(extensions={"KHR_texture_transform": {"offset": [0.5, 0]}}), "texture_transform"),
-        (texture(texCoord=5), "TEXCOORD_5"),
+        (texture(texCoord=1), "TEXCOORD_1"),
         (material(extensions={"KHR_materials_pbrSpecularGlossiness": {}}), "SpecularGlossiness"),
         (material(extensions={"KHR_materials_transmission": {}}), "transmission"),
-        (
-            lambda h: (texture(texCoord=2)(h), h.update(samplers=[{"wrapS": 33071}])),
-            "beyond its texture",
-        ),
+        (lambda h: h.update(samplers=[{"wrapS": 33071}]), "beyond its texture"),
     ],
 )
 def test_gltf_is_refused_by_name_as_well(change: Any, said: str, tmp_path: Path) -> None:
-    path = lamp(change)(tmp_path)
+    path = lamp(change, 1.25)(tmp_path)
     with pytest.raises(InputError, match=said):
         read_model(path)
     Path(f"{path}.toml").write_text('parts."lamp tree".albedo = [0.5, 0.25, 0.125]')
@@ -327,6 +319,16 @@ def Xform "bough" {{ def Mesh "c" {{{MESH} }} def Mesh "d" {{{MESH} }} }} }} }}"
     # A half turn about z; x of the file is to the left of the model, its y behind it.
     np.testing.assert_allclose(own.max(axis=0), (0, 20, 6), atol=1e-3)
     np.testing.assert_allclose(own.min(axis=0), (0, 19, 5), atol=1e-3)
+
+
+@pytest.mark.parametrize("above", ["over", "class"])
+def test_prototypes_need_not_be_seen(above: str, tmp_path: Path) -> None:
+    instancer = """def PointInstancer "many" { int[] protoIndices = [0,0]
+point3f[] positions = [(0,0,0),(10,0,0)]
+rel prototypes = </store/bough> }"""
+    store = f'{above} "store" {{ def Xform "bough" {{ def Mesh "c" {{{MESH} }} }} }}'
+    tree = read_model(usda(f"{X} {instancer} }}\n{store}")(tmp_path))
+    assert len(tree.meshes) == 4
 
 
 def test_what_a_camera_leaves_empty_is_passed_over(tmp_path: Path) -> None:
