@@ -199,15 +199,14 @@ def checked_frames(frames: Any, where: str = "frames", said: object = None) -> t
 
     Raises InputError that names ``said`` for others than 1 to 999999, for none and for too many.
     """
-    cure, arrived = "try range(1, 25)", repr(frames)[:80] if said is None else said
     try:
         found = tuple(itertools.islice(map(operator.index, frames), MOST_FRAMES + 1))
     except TypeError:
-        raise InputError(where, arrived, "whole numbers of frames", cure) from None
-    if not 0 < len(found) <= MOST_FRAMES:
-        raise InputError(where, arrived, f"at least 1 and at most {MOST_FRAMES} frames", cure)
-    if not 1 <= min(found) <= max(found) <= LAST_FRAME:
-        raise InputError(where, arrived, f"frames count from 1 to {LAST_FRAME}", cure)
+        found = ()
+    if not (0 < len(found) <= MOST_FRAMES and 1 <= min(found) <= max(found) <= LAST_FRAME):
+        arrived, cure = (repr(frames)[:80], "range(1, 25)") if said is None else (said, "1-24")
+        rule = f"at most {MOST_FRAMES} frames, numbered from 1 to {LAST_FRAME}"
+        raise InputError(where, arrived, rule, f"try {cure}")
     return tuple(dict.fromkeys(found))
 
 

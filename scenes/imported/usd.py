@@ -7,11 +7,9 @@ and prims that are instances stand for themselves. Lengths are metres by ``meter
 frame. Materials are what the specification of UsdPreviewSurface 2.6 says of them.
 """
 
-import itertools
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -35,9 +33,6 @@ from scenes.imported.part_tree import (
     texture_colours,
 )
 
-if TYPE_CHECKING:
-    from pxr import Usd, UsdGeom, UsdShade
-
 MOST_TEXT_BYTES = 2**25
 """Of a layer that is text, which takes some 30 times as much memory."""
 
@@ -58,7 +53,7 @@ def read_usd(path: Path, sidecar: Sidecar, note: Callable[[str], object]) -> lis
     ``note`` is called with what is read otherwise than a renderer would. Raises InputError that
     names the prim and the rule.
     """
-    from pxr import Tf, Usd, UsdGeom, UsdUtils
+    from pxr import Tf, Usd, UsdUtils
 
     name = path.name
     size, start = path.stat().st_size, path.open("rb").read(8)
@@ -87,16 +82,7 @@ def read_usd(path: Path, sidecar: Sidecar, note: Callable[[str], object]) -> lis
         if any(layer.ListAllTimeSamples() for layer in stage.GetUsedLayers()):
             note(f"{name}: of what varies in time, the first frame is read")
         world = _object_from_stage(name, stage, sidecar)
-        found = list(_walk(name, stage, world, time))  # all is counted before any mesh is read
-        nodes, smooth = [node for _, node in found], 0
-        for row, (prim, node) in enumerate(found):
-            if (shape := UsdGeom.Mesh(prim)) and not node.passed:
-                smooth += shape.GetSubdivisionSchemeAttr().Get() != "none"
-                mesh, unclear = _read_mesh(f"{name}: node {prim.GetPath()}", shape, time)
-                nodes[row] = replace(node, mesh=moved(mesh, node.frame), unclear=unclear)
-        if smooth:
-            note(f"{name}: {smooth} meshes are subdivision surfaces, of which the cage is read")
-        return nodes
+        return list(_walk(name, stage, world, time, note))
     finally:
         said.TakeUncoalescedDiagnostics()
 
@@ -119,20 +105,21 @@ def _count_specs(path: Path) -> None:
 
 
 def _walk(
-    name: str, stage: "Usd.Stage", world: np.ndarray, time: "Usd.TimeCode"
-) -> Iterator[tuple["Usd.Prim", Node]]:
-    """Prims in the order of the file, below a point instancer what it places; without meshes."""
+    name: str, stage: Any, world: np.ndarray, time: Any, note: Callable[[str], object]
+) -> Iterator[Node]:
+    """Nodes of the prims in the order of the file; below a point instancer, what it places."""
     from pxr import Usd, UsdGeom, UsdLux
 
     active = Usd.TraverseInstanceProxies(Usd.PrimIsActive & Usd.PrimIsLoaded)
     left = [(stage.GetPseudoRoot(), "", -2, world)]
-    nodes = triangles = 0
-    for row in itertools.count(-1):
-        if not left:
-            return
+    nodes = triangles = smooth = 0
+    row = -2
+    while left:
+        row += 1
         prim, called, parent, frame = left.pop()
         kind, where = str(prim.GetTypeName()), f"{name}: node {prim.GetPath()}"
-        image, xform, mesh = UsdGeom.Imageable(prim), UsdGeom.Xformable(prim), UsdGeom.Mesh(prim)
+        image, xform, shape = UsdGeom.Imageable(prim), UsdGeom.Xformable(prim), UsdGeom.Mesh(prim)
+        mesh = unclear = None
         passed = (
             kind == "Camera"
             or (prim.IsA(Usd.Typed) and not image)
@@ -151,50 +138,45 @@ def _walk(
                 above = world if xform.GetResetXformStack() else frame
                 frame = above @ np.array(xform.GetLocalTransformation(time)).T
             check_frame(where, frame, "a scale of 0")
-            if mesh:
-                counts = np.array(mesh.GetFaceVertexCountsAttr().Get(time) or (), np.int64)
-                if len(counts) and counts.min() < 3:
-                    raise InputError(where, int(counts.min()), "faces have three corners or more")
-                triangles += int((counts - 2).sum())
+            if shape:
+                smooth += shape.GetSubdivisionSchemeAttr().Get() != "none"
+                mesh, unclear = _read_mesh(where, shape, time)
+                mesh, triangles = moved(mesh, frame), triangles + len(mesh.faces)
                 check_triangle_count(name, triangles)
+            below = prim.GetFilteredChildren(active)  # in a prototype, those of a class as well
+            status = prim.IsDefined(), prim.IsAbstract()
+            same = [each for each in below if (each.IsDefined(), each.IsAbstract()) == status]
+            placed = [(each, each.GetName(), np.eye(4)) for each in same]
             if kind == "PointInstancer":
-                below = _instances(where, UsdGeom.PointInstancer(prim), row, frame, time)
-                check_node_count(name, nodes + len(below))
-            else:
-                below = [
-                    (each, each.GetName(), row, frame)
-                    for each in prim.GetFilteredChildren(active)  # of a prototype, a class's too
-                    if each.IsDefined() == prim.IsDefined()
-                    and each.IsAbstract() == prim.IsAbstract()
-                ]
-            left += reversed(below)
+                placed = _instances(where, UsdGeom.PointInstancer(prim), time)
+                check_node_count(name, nodes + len(placed))
+            left += [(each, called, row, frame @ at) for each, called, at in reversed(placed)]
         said = {each.GetName(): each for each in prim.GetAttributes() if PREFIX in each.GetName()}
         plain = {key: np.array(each.Get(time)).tolist() for key, each in said.items()}
         settings = node_settings(where, plain)
         if row >= 0:
             passed |= kind == "Scope"
-            yield prim, Node(called, parent, frame, None, settings, bool(passed))
+            yield Node(called, parent, frame, mesh, settings, bool(passed), unclear)
+    if smooth:
+        note(f"{name}: {smooth} meshes are subdivision surfaces, of which the cage is read")
 
 
-def _instances(
-    where: str, prim: "UsdGeom.PointInstancer", row: int, frame: np.ndarray, time: "Usd.TimeCode"
-) -> list[tuple["Usd.Prim", str, int, np.ndarray]]:
-    stage = prim.GetPrim().GetStage()
-    made = [stage.GetPrimAtPath(p) for p in prim.GetPrototypesRel().GetForwardedTargets()]
-    which = np.array(prim.GetProtoIndicesAttr().Get(time) or (), np.int64)
+def _instances(where: str, prim: Any, time: Any) -> list[tuple[Any, str, np.ndarray]]:
+    """Prototype, name and frame (4, 4) in the instancer's of each instance that is not masked."""
+    targets = prim.GetPrototypesRel().GetForwardedTargets()
+    made = [prim.GetPrim().GetStage().GetPrimAtPath(each) for each in targets]
+    which = list(prim.GetProtoIndicesAttr().Get(time) or ())
     rule = prim.ExcludeProtoXform, prim.IgnoreMask
     places = prim.ComputeInstanceTransformsAtTime(time, time, *rule)
     if not all(made) or len(places) != len(which) or not set(which) <= set(range(len(made))):
         raise InputError(where, "protoIndices", "a place and a prototype for each instance")
     seen = prim.ComputeMaskAtTime(time) or [True] * len(which)
-    return [
-        (made[k], f"{made[k].GetName()}_{number}", row, frame @ np.array(place).T)
-        for number, (k, place) in enumerate(zip(which.tolist(), places, strict=True))
-        if seen[number]
-    ]
+    rows = enumerate(zip(which, places, seen, strict=True))
+    found = [(made[k], f"{made[k].GetName()}_{n}", at) for n, (k, at, shown) in rows if shown]
+    return [(each, called, np.array(at).T) for each, called, at in found]
 
 
-def _object_from_stage(name: str, stage: "Usd.Stage", sidecar: Sidecar) -> np.ndarray:
+def _object_from_stage(name: str, stage: Any, sidecar: Sidecar) -> np.ndarray:
     """(4, 4) metres, z up and x ahead, from the units and axes of a stage."""
     from pxr import UsdGeom
 
@@ -213,9 +195,7 @@ def _line(text: str) -> str:
     return " ".join(text.split())[:200]
 
 
-def _read_mesh(
-    where: str, mesh: "UsdGeom.Mesh", time: "Usd.TimeCode"
-) -> tuple[Mesh, InputError | None]:
+def _read_mesh(where: str, mesh: Any, time: Any) -> tuple[Mesh, InputError | None]:
     """Read a mesh in its own frame; polygons become fans of triangles about their first corner.
 
     The second result says why its colours are not known. Raises InputError that names the prim.
@@ -228,6 +208,9 @@ def _read_mesh(
     if counts.sum() != len(corners):
         rule = f"as many corners as its faces have, {int(counts.sum())}"
         raise InputError(where, f"{len(corners)} corners", rule, "export it again")
+    if len(counts) and counts.min() < 3:
+        raise InputError(where, int(counts.min()), "faces have three corners or more")
+    check_triangle_count(where, int((counts - 2).sum()))
     check_rows(where, corners, len(points))
     # Fans: rows of the corners of each triangle (t, 3).
     face, number = expand(counts - 2)
@@ -261,17 +244,15 @@ def _read_mesh(
             raise InputError(where, f"primvars:{name}, {kind}", rule, "export it again")
         return made
 
-    colours, left, unclear = np.tile(GREY, (len(corners), 1)), np.full(len(corners), True), None
+    colours, bound, unclear = np.tile(GREY, (len(corners), 1)), np.zeros(len(corners), bool), None
     try:
-        for subset in UsdShade.MaterialBindingAPI(mesh.GetPrim()).GetMaterialBindSubsets():
-            if (kind := subset.GetElementTypeAttr().Get()) != "face":
-                raise InputError(f"{where} {subset.GetPrim().GetName()}", kind, "a subset of faces")
-            own = np.isin(face_of_corner, subset.GetIndicesAttr().Get(time) or ())
-            left &= ~own
+        for each in (*UsdShade.MaterialBindingAPI(mesh).GetMaterialBindSubsets(), mesh):
+            own = (
+                ~bound if each is mesh else np.isin(face_of_corner, each.GetIndicesAttr().Get(time))
+            )
+            bound |= own
             if own.any():
-                colours[own] = _albedo(where, subset.GetPrim(), primvar, colours, time)[own]
-        if left.any():
-            colours[left] = _albedo(where, mesh.GetPrim(), primvar, colours, time)[left]
+                colours[own] = _albedo(where, each.GetPrim(), primvar, colours, time)[own]
     except InputError as error:
         unclear = error
     except ValueError as error:
@@ -285,9 +266,7 @@ def _read_mesh(
     return checked_mesh(where, columns[0], fans, *columns[1:]), unclear
 
 
-def _albedo(
-    where: str, prim: "Usd.Prim", primvar: Any, like: np.ndarray, time: "Usd.TimeCode"
-) -> np.ndarray:
+def _albedo(where: str, prim: Any, primvar: Any, like: np.ndarray, time: Any) -> np.ndarray:
     """Linear albedo (c, 3) of corners: of the material that is bound to a prim, or displayColor.
 
     Raises InputError where the way from the mesh to its colour is not one that is known here.
@@ -299,28 +278,26 @@ def _albedo(
             cure = "bake the colour into one texture, or say albedo in FILE.toml"
             raise InputError(where, arrived, rule, cure)
 
-    def end(shader: "UsdShade.Shader", name: str) -> Any:
+    def end(shader: Any, name: str) -> Any:
         """The attribute that an input has its value from; None where there is none."""
         found = shader.GetInput(name)
         ends = UsdShade.Utils.GetValueProducingAttributes(found) if found else ()
-        dangling = found and not ends and found.GetAttr().HasAuthoredConnections()
-        arrived = f"{shader.GetPrim().GetName()}.{name}"
-        refuse(len(ends) < 2 and not dangling, arrived, "connected to one output that is there")
+        one = len(ends) == 1 or not (found and found.GetAttr().HasAuthoredConnections())
+        refuse(one, f"{shader.GetPrim().GetName()}.{name}", "connected to one output that is there")
         return ends[0] if ends else None
 
-    def constant(shader: "UsdShade.Shader", name: str, default: Any) -> Any:
+    def constant(shader: Any, name: str, default: Any) -> Any:
         found = end(shader, name)
         arrived = f"{shader.GetPrim().GetName()}.{name} of {found and found.GetPrim().GetName()}"
         refuse(not (found and UsdShade.Output.IsOutput(found)), arrived, "a constant value")
         value = found.Get(time) if found else None
         return default if value is None else value
 
-    def kind(shader: "UsdShade.Shader") -> str:
+    def kind(shader: Any) -> str:
         return str(shader.GetIdAttr().Get()) if shader else "nothing"
 
     api = UsdShade.MaterialBindingAPI(prim)
-    purposes = UsdShade.Tokens.preview, UsdShade.Tokens.full
-    bound = [api.ComputeBoundMaterial(each) for each in purposes]
+    bound = [api.ComputeBoundMaterial(purpose) for purpose in ("preview", "full")]
     material = next((each for each, _ in bound if each), None)
     if material is None:
         refuse(not any(rel for _, rel in bound), "a material that is not there", "one that is")
@@ -335,12 +312,9 @@ def _albedo(
     if diffuse is None or not UsdShade.Output.IsOutput(diffuse):
         return np.full_like(like, constant(surface, "diffuseColor", (0.18,) * 3))  # its default
     texture = UsdShade.Shader(diffuse.GetPrim())
-    if kind(texture) == "UsdPrimvarReader_float3":
-        return primvar(constant(texture, "varname", ""))
-    known = kind(texture) == "UsdUVTexture" and diffuse.GetName() == "outputs:rgb"
-    refuse(known, f"{kind(texture)} {diffuse.GetName()}", "a UsdUVTexture's rgb")
-    st = end(texture, "st")
-    reader = UsdShade.Shader(st.GetPrim()) if st else None
+    ways = kind(texture), diffuse.GetName()
+    refuse(ways == ("UsdUVTexture", "outputs:rgb"), " ".join(ways), "a UsdUVTexture's rgb")
+    reader = UsdShade.Shader(st.GetPrim()) if (st := end(texture, "st")) else None
     rule = "texture coordinates straight from a UsdPrimvarReader_float2"
     refuse(kind(reader) == "UsdPrimvarReader_float2", f"st of {kind(reader)}", rule)
     uv = primvar(constant(reader, "varname", ""))

@@ -27,7 +27,6 @@ uniform token subdivisionScheme = "none"
 texCoord2f[] primvars:st = [(0.25,0.5)] (interpolation = "constant")
 texCoord2f[] primvars:st1 = [(0.75,0.5)] (interpolation = "constant")
 texCoord2f[] primvars:far = [(1.25,0.5)] (interpolation = "constant")
-color3f[] primvars:paint = [(0.1,0.2,0.3)] (interpolation = "constant")
 """
 
 
@@ -74,10 +73,7 @@ rel material:binding = </whole/m> }}
 def Material "m" {{ token outputs:surface.connect = </whole/m/pbr.outputs:surface>
 def Shader "pbr" {{ uniform token info:id = "{kind}"
 {text}
-token outputs:surface }}
-def Shader "paint" {{ uniform token info:id = "UsdPrimvarReader_float3"
-string inputs:varname = "paint"
-float3 outputs:result }} }} }}"""
+token outputs:surface }} }} }}"""
 
 
 def plain(text: str, above: str = "") -> str:
@@ -96,10 +92,6 @@ FOLLOWED = {
         LINEAR_RED,
     ),
     "sRGB": (textured('token inputs:sourceColorSpace = "sRGB"'), LINEAR_RED),
-    "a primvar": (
-        surface("color3f inputs:diffuseColor.connect = </whole/m/paint.outputs:result>"),
-        (0.1, 0.2, 0.3),
-    ),
     "the surface's own default": (surface("float inputs:roughness = 1"), (0.18,) * 3),
     "displayColor from above": (
         plain("", 'color3f[] primvars:displayColor = [(0.1,0.4,0.2)] (interpolation = "constant")'),
@@ -127,6 +119,13 @@ def test_a_way_that_is_known_is_followed(text: str, expected: Any, tmp_path: Pat
 
 REFUSED = {
     "a transform": (textured(st="</whole/m/turn.outputs:result>"), "UsdTransform2d"),
+    "coordinates of three numbers": (
+        textured(varname='"three"').replace(
+            "rel mat",
+            'texCoord3f[] primvars:three = [(0,0,0)] (interpolation = "constant")\nrel mat',
+        ),
+        "numbers",
+    ),
     "no coordinates": (textured(varname='"st7"'), "primvars:st7"),
     "a connection to nothing": (textured(st="</whole/m/gone.outputs:result>"), "tex.st"),
     "beyond a texture": (textured(varname='"far"'), "beyond its texture"),
