@@ -29,8 +29,7 @@ if _others := [
     and each.origin
     and Path(each.origin).resolve().parents[1] != Path(__file__).resolve().parent
 ]:
-    _text = f"{_others[0]} hides a package of lodbench: give it another name, or start elsewhere"
-    raise ImportError(_text)
+    raise ImportError(f"{_others[0]} hides a package of lodbench: rename it, or start elsewhere")
 
 from lod.errors import InputError
 from scenes.frame.layers import SKY_Z, Layers

@@ -138,8 +138,7 @@ def read_gltf(path: Path, sidecar: Sidecar) -> list[Node]:
                 except InputError as error:
                     colours, unclear = np.zeros_like(vertices), error
                 except (LookupError, TypeError, ValueError, AttributeError) as error:
-                    arrived = f"{type(error).__name__} {error}"
-                    raise InputError(f"{where} material", arrived, "as glTF 2.0 has it") from None
+                    raise InputError(f"{where} material", error, "as glTF 2.0 has it") from None
                 piece = checked_mesh(where, vertices, faces, colours, normals)
                 pieces.append(moved(piece, frames[-1]))
             if not pieces:
@@ -201,8 +200,7 @@ def _checked(name: str, raw: dict[str, Any]) -> _Header:
 def _walk(name: str, header: _Header) -> list[tuple[int, int]]:
     """Each node of the scene and the place in this list of the one above, that one first.
 
-    Raises InputError for a node that is not there, and for one that is below itself or below two
-    others.
+    Raises InputError for a node that is not there, or below itself or two others.
     """
     if header.scenes:
         if header.scene >= len(header.scenes):

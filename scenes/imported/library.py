@@ -71,10 +71,8 @@ def unpack(data: bytes, where: str) -> PartTree:
 
 
 def read_model(path: Path, note: Callable[[str], object] = lambda text: None) -> PartTree:
-    """Read a scene file and the table beside it; raises InputError for all that is wrong.
-
-    ``note`` is called with what is read otherwise than a renderer would show it.
-    """
+    """Read a scene file and the table beside it; ``note`` hears what a renderer would show
+    otherwise. Raises InputError for all that is wrong."""
     where = str(path)
     try:
         if not is_model_file(where):

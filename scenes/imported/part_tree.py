@@ -220,14 +220,12 @@ def build_tree(source: str, nodes: Sequence[Node], sidecar: Sidecar) -> PartTree
 
 def _without_passed(nodes: Sequence[Node]) -> list[Node]:
     """Nodes without those that are passed over, and without those that are left empty by that."""
-    kept, passed = ([False] * len(nodes) for _ in range(2))
+    kept, passed = [node.mesh is not None for node in nodes], [node.passed for node in nodes]
     for row in reversed(range(len(nodes))):  # those below first
-        node = nodes[row]
-        passed[row] |= node.passed
-        kept[row] |= node.mesh is not None or not passed[row]
-        if node.parent >= 0:
-            kept[node.parent] |= kept[row]
-            passed[node.parent] |= passed[row]
+        kept[row] |= not passed[row]
+        if (above := nodes[row].parent) >= 0:
+            kept[above] |= kept[row]
+            passed[above] |= passed[row]
     number = dict(zip(np.flatnonzero(kept).tolist(), range(len(nodes)), strict=False))
     return [replace(nodes[row], parent=number.get(nodes[row].parent, -1)) for row in number]
 
@@ -424,13 +422,13 @@ def texture_colours(
         rgb = sums / (size[:, None, None] if axis == 0 else size[None, :, None])
     if not np.isfinite(uv).all():
         raise InputError(where, "a texture coordinate that is no number", "coordinates are finite")
-    if np.abs(uv - 0.5).max(initial=0.0) > 0.5 + 1e-6:
+    st = uv * (1, -1) + (0, 1)  # from the left, and from above
+    if np.abs(st - 0.5).max(initial=0.0) > 0.5 + 1e-6:
         if not repeats:
             rule, cure = "a texture that repeats, or coordinates from 0 to 1", "unwrap it within"
             raise InputError(where, "coordinates beyond its texture", rule, cure)
-        uv = uv % 1.0
+        st = st % 1.0
     size = np.array([rgb.shape[1], rgb.shape[0]])
-    column, up = np.clip((uv * size).astype(int), 0, size - 1).T
-    row = size[1] - 1 - up
+    column, row = np.clip((st * size).astype(int), 0, size - 1).T
     found: np.ndarray = rgb[row, column]
     return found

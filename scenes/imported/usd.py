@@ -76,9 +76,8 @@ def read_usd(path: Path, sidecar: Sidecar, note: Callable[[str], object]) -> lis
             rule = "every layer and reference is there and none goes in a circle"
             where = f"{name}: node {broken[0].rootSite.path}" if broken[0].rootSite else name
             raise InputError(where, _line(str(broken[0])), rule, "flatten it: usdcat --flatten")
-        time = Usd.TimeCode.EarliestTime()
-        if stage.HasAuthoredTimeCodeRange():
-            time = Usd.TimeCode(stage.GetStartTimeCode())
+        has_start, start_at = stage.HasAuthoredTimeCodeRange(), stage.GetStartTimeCode()
+        time = Usd.TimeCode(start_at) if has_start else Usd.TimeCode.EarliestTime()
         if any(layer.ListAllTimeSamples() for layer in stage.GetUsedLayers()):
             note(f"{name}: of what varies in time, the first frame is read")
         world = _object_from_stage(name, stage, sidecar)
@@ -94,9 +93,7 @@ def _count_specs(path: Path) -> None:
     layer = Sdf.Layer.FindOrOpen(str(path))
     if layer is None:
         raise InputError(path.name, path.suffix, "a USD layer that can be read", "export it again")
-    left = list(layer.rootPrims)
-    count = len(left)
-    check_node_count(path.name, count)
+    left, count = [layer.pseudoRoot], 0
     while left:
         below = list(left.pop().nameChildren)
         count += len(below)
@@ -219,10 +216,10 @@ def _read_mesh(where: str, mesh: Any, time: Any) -> tuple[Mesh, InputError | Non
     fans = fans[~np.isin(face, mesh.GetHoleIndicesAttr().Get(time) or ())]
     if str(mesh.GetOrientationAttr().Get()) == "leftHanded":
         fans = fans[:, ::-1]
-    face_of_corner, _ = expand(counts)
+    around, _ = expand(counts)
     rows = {
         "constant": (1, np.zeros(len(corners), np.int64)),
-        "uniform": (len(counts), face_of_corner),
+        "uniform": (len(counts), around),
         "vertex": (len(points), corners),
         "varying": (len(points), corners),
         "faceVarying": (len(corners), np.arange(len(corners))),
@@ -247,9 +244,7 @@ def _read_mesh(where: str, mesh: Any, time: Any) -> tuple[Mesh, InputError | Non
     colours, bound, unclear = np.tile(GREY, (len(corners), 1)), np.zeros(len(corners), bool), None
     try:
         for each in (*UsdShade.MaterialBindingAPI(mesh).GetMaterialBindSubsets(), mesh):
-            own = (
-                ~bound if each is mesh else np.isin(face_of_corner, each.GetIndicesAttr().Get(time))
-            )
+            own = ~bound if each is mesh else np.isin(around, each.GetIndicesAttr().Get(time))
             bound |= own
             if own.any():
                 colours[own] = _albedo(where, each.GetPrim(), primvar, colours, time)[own]
@@ -288,8 +283,8 @@ def _albedo(where: str, prim: Any, primvar: Any, like: np.ndarray, time: Any) ->
 
     def constant(shader: Any, name: str, default: Any) -> Any:
         found = end(shader, name)
-        arrived = f"{shader.GetPrim().GetName()}.{name} of {found and found.GetPrim().GetName()}"
-        refuse(not (found and UsdShade.Output.IsOutput(found)), arrived, "a constant value")
+        network = found and UsdShade.Output.IsOutput(found)
+        refuse(not network, f"{name} by a network", "a constant value")
         value = found.Get(time) if found else None
         return default if value is None else value
 

@@ -18,8 +18,7 @@ from scenes.render.description import Description, describe_frame
 from scenes.render.exr.header import camera_from_world, software
 
 SUFFIXES = (".usda", ".usdc", ".usd")
-_APERTURE = 0.36
-"""Of 36 mm, in tenths of a scene unit, which is a metre."""
+_APERTURE = 0.36  # of 36 mm, in tenths of a scene unit, which is a metre
 
 
 def check_usd(path: str | Path, overwrite: bool = False) -> None:

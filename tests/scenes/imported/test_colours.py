@@ -12,6 +12,7 @@ from PIL import Image
 from bench.cli.main import main
 from lod.errors import InputError
 from scenes.imported.library import read_model
+from scenes.imported.part_tree import texture_colours
 from tests.scenes.imported.sample_models import glb, lamp_tree_parts
 from tests.scenes.imported.test_broken_models import X, edited, usda
 
@@ -350,3 +351,15 @@ def test_show_tells_colours_and_bounds(tmp_path: Path, capfd: pytest.CaptureFixt
     assert found["colours"] == [{"albedo": [0.25, 0.5, 0.125], "triangles": 2}]
     assert (found["triangles"], found["low"]) == (2, [0.0, 0.0, 0.0])
     np.testing.assert_allclose(found["high"], (0.01, 0.01, 0.0), atol=1e-9)
+
+
+def test_edges_of_a_texture_are_its_own() -> None:
+    pixels = np.arange(48, dtype=np.uint8).reshape(4, 4, 3) * 5
+    image = Image.fromarray(pixels)
+    at = np.array([[0, 1], [1, 1], [0, 0], [1, 0], [0.5, 0.5]])  # v is up
+    found = texture_colours("it", image, at, repeats=False)
+    centres = np.array([[0.1, 0.9], [0.9, 0.9], [0.1, 0.1], [0.9, 0.1], [0.6, 0.4]])
+    np.testing.assert_array_equal(found, texture_colours("it", image, centres, repeats=False))
+    assert len(np.unique(found, axis=0)) == 5
+    shifted = texture_colours("it", image, centres + np.array([3, -2]), repeats=True)
+    np.testing.assert_array_equal(found, shifted)
