@@ -105,15 +105,16 @@ def _walk(
     name: str, stage: Any, world: np.ndarray, time: Any, note: Callable[[str], object]
 ) -> Iterator[Node]:
     """Nodes of the prims in the order of the file; below a point instancer, what it places."""
-    from pxr import Usd, UsdGeom, UsdLux
+    from pxr import Gf, Usd, UsdGeom, UsdLux
 
     active = Usd.TraverseInstanceProxies(Usd.PrimIsActive & Usd.PrimIsLoaded)
-    left = [(stage.GetPseudoRoot(), "", -2, world)]
+    here = Gf.Matrix4d(1)
+    left = [(stage.GetPseudoRoot(), "", -2, here)]
     nodes = triangles = smooth = 0
     row = -2
     while left:
         row += 1
-        prim, called, parent, frame = left.pop()
+        prim, called, parent, at = left.pop()
         kind, where = str(prim.GetTypeName()), f"{name}: node {prim.GetPath()}"
         image, xform, shape = UsdGeom.Imageable(prim), UsdGeom.Xformable(prim), UsdGeom.Mesh(prim)
         mesh = unclear = None
@@ -125,15 +126,15 @@ def _walk(
             or prim.HasAPI(UsdLux.LightAPI)
             or prim.IsA(UsdLux.BoundableLightBase)
         )
+        if xform:
+            at = xform.GetLocalTransformation(time) * (here if xform.GetResetXformStack() else at)
+        frame = world @ np.array(at).T
         if not passed:
             check_node_count(name, nodes)
             nodes += 1
             if kind not in _PARTS:
                 rule, cure = f"one of {', '.join(_PARTS[1:])}", "make curves and such real meshes"
                 raise InputError(where, kind, rule, cure)
-            if xform:
-                above = world if xform.GetResetXformStack() else frame
-                frame = above @ np.array(xform.GetLocalTransformation(time)).T
             check_frame(where, frame, "a scale of 0")
             if shape:
                 smooth += shape.GetSubdivisionSchemeAttr().Get() != "none"
@@ -143,11 +144,11 @@ def _walk(
             below = prim.GetFilteredChildren(active)  # in a prototype, those of a class as well
             status = prim.IsDefined(), prim.IsAbstract()
             same = [each for each in below if (each.IsDefined(), each.IsAbstract()) == status]
-            placed = [(each, each.GetName(), np.eye(4)) for each in same]
+            placed = [(each, each.GetName(), here) for each in same]
             if kind == "PointInstancer":
                 placed = _instances(where, UsdGeom.PointInstancer(prim), time)
                 check_node_count(name, nodes + len(placed))
-            left += [(each, called, row, frame @ at) for each, called, at in reversed(placed)]
+            left += [(each, called, row, place * at) for each, called, place in reversed(placed)]
         said = {each.GetName(): each for each in prim.GetAttributes() if PREFIX in each.GetName()}
         plain = {key: np.array(each.Get(time)).tolist() for key, each in said.items()}
         settings = node_settings(where, plain)
@@ -158,8 +159,8 @@ def _walk(
         note(f"{name}: {smooth} meshes are subdivision surfaces, of which the cage is read")
 
 
-def _instances(where: str, prim: Any, time: Any) -> list[tuple[Any, str, np.ndarray]]:
-    """Prototype, name and frame (4, 4) in the instancer's of each instance that is not masked."""
+def _instances(where: str, prim: Any, time: Any) -> list[tuple[Any, str, Any]]:
+    """Prototype, name and matrix in the instancer's of each instance that is not masked."""
     targets = prim.GetPrototypesRel().GetForwardedTargets()
     made = [prim.GetPrim().GetStage().GetPrimAtPath(each) for each in targets]
     which = list(prim.GetProtoIndicesAttr().Get(time) or ())
@@ -169,8 +170,7 @@ def _instances(where: str, prim: Any, time: Any) -> list[tuple[Any, str, np.ndar
         raise InputError(where, "protoIndices", "a place and a prototype for each instance")
     seen = prim.ComputeMaskAtTime(time) or [True] * len(which)
     rows = enumerate(zip(which, places, seen, strict=True))
-    found = [(made[k], f"{made[k].GetName()}_{n}", at) for n, (k, at, shown) in rows if shown]
-    return [(each, called, np.array(at).T) for each, called, at in found]
+    return [(made[k], f"{made[k].GetName()}_{n}", at) for n, (k, at, shown) in rows if shown]
 
 
 def _object_from_stage(name: str, stage: Any, sidecar: Sidecar) -> np.ndarray:
