@@ -36,6 +36,9 @@ from scenes.model_files.names import (
 from scenes.model_files.parameter_file import read_model_file
 from scenes.processes.cache import kept
 
+_BROKEN = ArithmeticError, AttributeError, LookupError, RuntimeError, TypeError, ValueError
+"""What libraries, and what is made of their results, meet in a file that is not as it must be."""
+
 FORMAT = 1
 """Version of the file; one of another version is refused."""
 
@@ -97,6 +100,10 @@ def read_model(path: Path, note: Callable[[str], object] = lambda text: None) ->
             raise
         cure = "mend it in the program that made the scene, and export it again"
         raise InputError(error.where, error.arrived, error.rule, cure) from None
+    except _BROKEN as error:
+        text = " ".join(f"{type(error).__name__}: {error}".split())[:200]
+        rule = f"a scene file that can be read ({text})"
+        raise InputError(where, path.suffix, rule, "export it again") from None
     except ModuleNotFoundError as error:
         rule, cure = f"needs {error.name}", "pip install 'lodbench[models]'"
         raise InputError(where, path.suffix, rule, cure) from None

@@ -363,3 +363,21 @@ def test_edges_of_a_texture_are_its_own() -> None:
     assert len(np.unique(found, axis=0)) == 5
     shifted = texture_colours("it", image, centres + np.array([3, -2]), repeats=True)
     np.testing.assert_array_equal(found, shifted)
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        usda(textured(varname="7")),
+        usda(plain("double xformOp:translate = 1\nuniform token[] xformOpOrder = [xformOp]")),
+        usda(plain("").replace("point3f[] points", "string points")),
+        lamp(lambda h: h.update(images=2.5)),
+        lamp(lambda h: h["materials"][0].update(pbrMetallicRoughness=[])),
+    ],
+)
+def test_what_is_not_as_its_format_has_it_is_one_line(
+    make: Callable[[Path], Path], tmp_path: Path
+) -> None:
+    with pytest.raises(InputError) as refused:
+        read_model(make(tmp_path))
+    assert len(str(refused.value).splitlines()) == 1
