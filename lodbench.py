@@ -11,13 +11,25 @@ These names are stable. All else in the packages ``lod``, ``scenes`` and ``bench
 one release to the next. Nothing heavy is imported before the function that needs it is called.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, SupportsIndex
 
 import numpy as np
 from numpy.typing import NDArray
+
+if _others := [
+    each.origin
+    for each in map(find_spec, ("lod", "scenes", "bench"))
+    if each
+    and each.origin
+    and Path(each.origin).resolve().parents[1] != Path(__file__).resolve().parent
+]:
+    raise ImportError(f"{_others[0]} hides a package of lodbench: rename it, or start elsewhere")
 
 from lod.errors import InputError
 from scenes.frame.layers import SKY_Z, Layers
@@ -93,6 +105,18 @@ class Frame:
         return preview_pixels(self.layers, look, look.exposure_of(self.layers.rgb))
 
 
+@contextmanager
+def _callers_variant() -> Iterator[None]:
+    """Leave Mitsuba's variant as the caller has chosen it."""
+    mitsuba = sys.modules.get("mitsuba")
+    before = mitsuba and mitsuba.variant()
+    try:
+        yield
+    finally:
+        if mitsuba and before:
+            mitsuba.set_variant(before)
+
+
 def load_preset(name_or_path: str | Path, changes: Mapping[str, Any] | None = None) -> Preset:
     """Load a preset by its name or the path of its TOML file.
 
@@ -104,24 +128,29 @@ def load_preset(name_or_path: str | Path, changes: Mapping[str, Any] | None = No
     return _load_preset(str(name_or_path), settings)
 
 
-def count(preset: Preset | str, frame: int = 1) -> "Counts":
+@_callers_variant()
+def count(preset: Preset | str | Path, frame: SupportsIndex = 1) -> "Counts":
     """Prune a frame without rendering it, and hold its counts against the law.
 
     The result has objects and parts (each ``examined``, ``displayed``, ``predicted`` and the
     standard deviation ``predicted_sd`` of that), by species and by level. Raises InputError for a
-    preset that cannot be, or a budget that no detail meets.
+    preset or frame that cannot be, or a budget that no detail meets.
     """
     from bench.frame_counts import count as count_view
+    from scenes.files import checked_frames
     from scenes.render.budget import within_budget
     from scenes.scene import Scene
 
-    chosen = within_budget(_preset(preset), (frame,))
-    scene = Scene(chosen)
-    return count_view(scene.world, scene.view(frame))
+    (number,) = checked_frames((frame,), "frame")
+    scene = Scene(within_budget(_preset(preset), (number,)))
+    return count_view(scene.world, scene.view(number))
 
 
+@_callers_variant()
 def render(
-    preset: Preset | str, frame: int = 1, watch: Callable[[int, int], object] | None = None
+    preset: Preset | str | Path,
+    frame: SupportsIndex = 1,
+    watch: Callable[[int, int], object] | None = None,
 ) -> Frame:
     """Render one frame in this process, into arrays and no file.
 
@@ -130,37 +159,43 @@ def render(
     Raises InputError for what cannot be rendered. The first call compiles kernels, which takes
     longer once on a machine.
     """
+    from scenes.files import checked_frames
     from scenes.render.budget import within_budget
     from scenes.render.exr.header import frame_settings
     from scenes.render.frame_session import FrameSession, ignore_progress
     from scenes.render.variants import choose
 
-    chosen = within_budget(_preset(preset), (frame,))
+    (number,) = checked_frames((frame,), "frame")
+    chosen = within_budget(_preset(preset), (number,))
     variant = choose(chosen.render.variant, chosen.render.spectral)
     session = FrameSession(frame_settings(chosen, variant))
-    layers = session.render_layers(frame, watch or ignore_progress)
-    return Frame(layers, session.header(frame))
+    layers = session.render_layers(number, watch or ignore_progress)
+    return Frame(layers, session.header(number))
 
 
 def render_sequence(
-    preset: Preset | str,
+    preset: Preset | str | Path,
     pattern: str | Path,
-    frames: Sequence[int],
+    frames: Iterable[SupportsIndex],
     overwrite: bool = False,
     threads: int = 0,
 ) -> Iterator[dict[str, Any]]:
     """Render frames into files ``pattern`` (as ``out/name.####.exr``), as `lodbench render` does.
 
+    frames   whole numbers from 1 on, as range(1, 25) or an array
     threads  for the renderer, in a process of its own; 0 = one for each core
-    Yields a record after each frame: ``frame``, ``path``, ``sha256``, ``kept`` (it was there
-    already), ``seconds`` by stage; a frame that failed has ``error`` instead. Raises InputError for
-    frames of other settings that stand there, unless ``overwrite``, and while another process
-    renders other settings into that folder.
+    Yields a record after each frame: ``frame``, ``path`` (absolute), ``sha256``, ``kept`` (it was
+    there already), ``seconds`` by stage; a frame that failed has ``error`` instead. Raises
+    InputError for frames that cannot be, for those of other settings that stand there, unless
+    ``overwrite``, and while another process renders other settings into that folder.
     """
+    from scenes.files import check_pattern, checked_frames
     from scenes.render.render_files import Workers, render_files, settled
 
-    settings = settled(_preset(preset), pattern, frames)
-    yield from render_files(settings, pattern, frames, Workers(threads), overwrite)
+    check_pattern(pattern)
+    numbers, path = checked_frames(frames), Path(pattern).absolute()
+    settings = settled(_preset(preset), path, numbers)
+    return render_files(settings, path, numbers, Workers(threads), overwrite)
 
 
 def read_frame(path: str | Path) -> Frame:
@@ -170,6 +205,7 @@ def read_frame(path: str | Path) -> Frame:
     return Frame(*read_exr(path))
 
 
+@_callers_variant()
 def run_experiment(name: str, quick: bool = False, seed: int = 0) -> "Record":
     """Run an experiment in this process, and give its record with points and claims; no file.
 
@@ -188,8 +224,8 @@ def run_experiment(name: str, quick: bool = False, seed: int = 0) -> "Record":
     return run(experiments()[experiment], RunRequest(experiment, tuple(topics), quick, seed))
 
 
-def _preset(preset: Preset | str) -> Preset:
-    return load_preset(preset) if isinstance(preset, str) else preset
+def _preset(preset: Preset | str | Path) -> Preset:
+    return preset if isinstance(preset, Preset) else load_preset(preset)
 
 
 if __name__ == "__main__":

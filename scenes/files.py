@@ -6,17 +6,23 @@ nothing may be replaced, so that the file system settles who comes first.
 """
 
 import errno
+import itertools
+import operator
 import os
 import socket
 import tempfile
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import Any
 
 from lod.errors import InputError
 
 PLACEHOLDER = "####"
 """Stands in a pattern for the frame's number, at least four digits."""
+
+LAST_FRAME, MOST_FRAMES = 999_999, 100_000
+"""The highest number of a frame, and how many frames are rendered at once."""
 
 LONGEST_NAME = 255
 """Bytes of a file's name that every usual file system takes."""
@@ -164,7 +170,7 @@ def check_pattern(pattern: str | Path) -> None:
     cure = "write it as out/name.####.exr"
     if not name.endswith(".exr"):
         raise InputError("-o", str(pattern), "frames are .exr files", cure)
-    if name.count("#") != len(PLACEHOLDER) or PLACEHOLDER not in name or "#" in folder:
+    if name.count("#") != len(PLACEHOLDER) or PLACEHOLDER not in name or "##" in folder:
         rule = "the file's name holds #### once, for the number"
         raise InputError("-o", str(pattern), rule, cure)
     check_name(os.path.join(folder, name.replace(PLACEHOLDER, "0" * _LONGEST_NUMBER)))
@@ -186,6 +192,22 @@ def check_name(path: str | Path, where: str = "-o") -> None:
     longest = LONGEST_NAME - len(partial_path(Path(path)).name.encode()) + len(name.encode())
     if len(name.encode()) > longest:
         raise InputError(where, name, f"a name of at most {longest} bytes", cure)
+
+
+def checked_frames(frames: Any, where: str = "frames", said: object = None) -> tuple[int, ...]:
+    """Check an iterable of whole numbers of frames, and give each once, in their order.
+
+    Raises InputError that names ``said`` for others than 1 to 999999, for none and for too many.
+    """
+    try:
+        found = tuple(itertools.islice(map(operator.index, frames), MOST_FRAMES + 1))
+    except TypeError:
+        found = ()
+    if not (0 < len(found) <= MOST_FRAMES and 1 <= min(found) <= max(found) <= LAST_FRAME):
+        arrived, cure = (repr(frames)[:80], "range(1, 25)") if said is None else (said, "1-24")
+        rule = f"at most {MOST_FRAMES} frames, numbered from 1 to {LAST_FRAME}"
+        raise InputError(where, arrived, rule, f"try {cure}")
+    return tuple(dict.fromkeys(found))
 
 
 def frame_path(pattern: str | Path, frame: int) -> Path:

@@ -1,8 +1,11 @@
 """The names that `import lodbench` promises do what they say."""
 
+import json
+import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,6 +13,8 @@ from PIL import Image
 
 import lodbench
 from scenes.render.pictures import preview
+
+ROOT = str(Path(lodbench.__file__).parent)
 
 TINY = {
     "render.size": "32x18",
@@ -23,6 +28,14 @@ TINY = {
 @pytest.fixture(scope="module")
 def campfire() -> lodbench.Preset:
     return lodbench.load_preset("campfire", TINY)
+
+
+@pytest.fixture(scope="module")
+def folder(campfire: lodbench.Preset, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Frames 1 and 2, asked for as an array."""
+    made = tmp_path_factory.mktemp("frames")
+    assert len(list(lodbench.render_sequence(campfire, made / "a.####.exr", np.arange(1, 3)))) == 2
+    return made
 
 
 def test_a_frame_in_memory_is_the_frame_of_the_file(
@@ -84,3 +97,90 @@ def test_the_module_runs_the_program() -> None:
         [sys.executable, "-m", "lodbench", "list", "-h"], capture_output=True, text=True, check=True
     )
     assert done.stdout.startswith("Usage: lodbench list")
+
+
+@pytest.mark.parametrize(
+    "frames",
+    [np.arange(1, 3), (k for k in (1, 2)), [np.int64(1), np.uint8(2), 1], range(1, 3)],
+    ids=["array", "generator", "numbers", "range"],
+)
+def test_frames_are_any_whole_numbers(frames: Any, campfire: lodbench.Preset, folder: Path) -> None:
+    records = list(lodbench.render_sequence(campfire, folder / "a.####.exr", frames))
+    assert [(each["frame"], each["kept"]) for each in records] == [(1, True), (2, True)]
+    assert json.dumps(records)
+
+
+@pytest.mark.parametrize(
+    "frames", [[], [0], [-3], [1.0], ["1"], 1, "1-2", [10**6], range(1, 10**12), [True, None]]
+)
+def test_what_are_no_frames_is_refused(
+    frames: Any, campfire: lodbench.Preset, tmp_path: Path
+) -> None:
+    with pytest.raises(lodbench.InputError, match="frames"):
+        lodbench.render_sequence(campfire, tmp_path / "a.####.exr", frames)
+    for one in (0, -5, 1.5, "1"):
+        for call in (lodbench.count, lodbench.render):
+            with pytest.raises(lodbench.InputError, match=r"^frame: "):
+                call(campfire, one)
+    assert not list(tmp_path.iterdir())
+
+
+def test_keys_take_what_numpy_has_and_paths(tmp_path: Path) -> None:
+    plain = {"render.size": [64, 36], "render.spp": 3, "view.haze_aware": True, "seed": 7}
+    plain["camera.position"] = [1.0, 2.5]
+    numpy = {
+        "render.size": np.array([64, 36]),
+        "render.spp": np.int64(3),
+        "view.haze_aware": np.bool_(True),
+        "seed": np.uint64(7),
+        "camera.position": np.array([1.0, 2.5], np.float32),
+    }
+    assert lodbench.load_preset("crowd", numpy) == lodbench.load_preset("crowd", plain)
+    (tmp_path / "own.toml").write_text("seed = 3")
+    own = lodbench.count(tmp_path / "own.toml")
+    assert own.parts == lodbench.count(str(tmp_path / "own.toml")).parts
+
+
+def test_the_folder_is_that_of_the_call(
+    campfire: lodbench.Preset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "elsewhere").mkdir()
+    records = lodbench.render_sequence(campfire, "out/a.####.exr", (1, 2))
+    os.chdir("elsewhere")
+    found = []
+    for record in records:
+        found.append(Path(record["path"]))
+        os.chdir(tmp_path if len(found) % 2 else tmp_path / "elsewhere")
+    assert found == [tmp_path / "out" / f"a.000{k}.exr" for k in (1, 2)]
+    assert all(path.is_file() for path in found)
+    assert not list((tmp_path / "elsewhere").iterdir())
+
+
+def test_mitsuba_stays_the_callers(campfire: lodbench.Preset) -> None:
+    import mitsuba
+
+    before = mitsuba.variant()
+    mitsuba.set_variant("scalar_spectral")
+    try:
+        lodbench.render(campfire)
+        assert mitsuba.variant() == "scalar_spectral"
+    finally:
+        if before:
+            mitsuba.set_variant(before)
+
+
+def test_it_needs_no_stdout(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "stdout", None)
+    assert lodbench.read_frame(folder / "a.0001.exr").layers.Z.shape == (18, 32)
+
+
+@pytest.mark.parametrize("name", ["scenes/__init__.py", "bench/__init__.py", "bench.py"])
+def test_a_package_of_the_callers_is_named(name: str, tmp_path: Path) -> None:
+    (tmp_path / name).parent.mkdir(exist_ok=True)
+    (tmp_path / name).touch()
+    (tmp_path / "use.py").write_text("import lodbench")
+    words, paths = [sys.executable, "use.py"], {**os.environ, "PYTHONPATH": ROOT}
+    done = subprocess.run(words, capture_output=True, text=True, cwd=tmp_path, env=paths)
+    assert done.returncode == 1
+    assert f"{tmp_path / name} hides a package of lodbench" in done.stderr.splitlines()[-1]

@@ -12,6 +12,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from functools import reduce
 from importlib import resources
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from click.core import ParameterSource
 from click.shell_completion import CompletionItem
 
 from lod.errors import InputError
+from scenes.files import checked_frames
 from scenes.presets.load import Setting, load_preset
 from scenes.presets.schema import Preset
 from scenes.presets.things import ScriptLine
@@ -315,8 +317,6 @@ def _said_keys(ctx: click.Context, order: Sequence[click.Parameter]) -> Iterator
         yield f"species.{name}.density", f"--density {name}"
 
 
-LAST_FRAME = 999_999
-MOST_FRAMES = 100_000
 _SPAN = re.compile(r"(\d{1,40})(?:-(\d{1,40})(?:x(\d{1,40}))?)?", re.ASCII)
 _MEMORY = re.compile(r"(\d{1,9}(?:\.\d{1,9})?) ?(MB|GB|MiB|GiB)", re.ASCII | re.IGNORECASE)
 _UNITS = {"mb": 10**6, "gb": 10**9, "mib": 2**20, "gib": 2**30}
@@ -329,25 +329,18 @@ def frame_numbers(text: str) -> tuple[int, ...]:
 
     Raises InputError for anything else.
     """
-    frames: set[int] = set()
+    spans = []
     for span in text.split(","):
         match = _SPAN.fullmatch(span.strip())
         if match is None:
             raise InputError("--frames", text, "whole numbers, as 1-24 or 1,5,9", "try 1-24")
-        if max(int(each or 0) for each in match.groups()) > LAST_FRAME:
-            rule = f"frames are numbered up to {LAST_FRAME}"
-            raise InputError("--frames", text, rule, "render in parts, each in its folder")
         first, last, step = int(match[1]), int(match[2] or match[1]), int(match[3] or 1)
         if step < 1:
             raise InputError("--frames", text, "a step of at least 1", f"write {first}-{last}x10")
         if last < first:
             raise InputError("--frames", text, "a range runs upwards", f"write {last}-{first}")
-        if first < 1:
-            raise InputError("--frames", text, "frames count from 1", "try 1-24")
-        frames.update(range(first, last + 1, step))
-    if len(frames) > MOST_FRAMES:
-        raise InputError("--frames", text, f"at most {MOST_FRAMES} frames", "render in parts")
-    return tuple(sorted(frames))
+        spans.append(range(first, last + 1, step))
+    return tuple(sorted(checked_frames(chain(*spans), "--frames", text)))
 
 
 def memory_limit_bytes(text: str | None) -> int | None:

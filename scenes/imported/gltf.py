@@ -21,6 +21,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from scipy.spatial.transform import Rotation
 
 from lod.errors import InputError
+from lod.shapes import Mesh, MeshTable
 from scenes.imported.part_tree import (
     MOST_BYTES,
     OBJECT_FROM_Y_UP,
@@ -30,7 +31,6 @@ from scenes.imported.part_tree import (
     check_node_count,
     check_triangle_count,
     checked_mesh,
-    joined,
     moved,
     node_settings,
     texture_colours,
@@ -40,8 +40,14 @@ from scenes.model_files.parameter_file import first_error
 MOST_JSON_BYTES = 2**24
 """Of a header at most: what it says is read into Python objects, some 30 times as large."""
 
-_HARMLESS = ("KHR_materials_", "KHR_lights_punctual", "KHR_xmp")
-_TRIANGLES, _STRIP = 4, 5
+_HARMLESS = ("KHR_materials_", "KHR_texture_transform", "KHR_lights_punctual", "KHR_xmp")
+"""Beginnings of extensions without which a mesh has the same triangles."""
+
+_GLOSS = "anisotropy clearcoat dispersion emissive_strength ior iridescence sheen specular unlit"
+_SAME = {f"KHR_materials_{name}" for name in _GLOSS.split()}
+"""Extensions of a material that leave its base colour as it is."""
+
+_TRIANGLES, _STRIP, _REPEAT = 4, 5, 10497
 
 _DATA = ("accessors", "bufferViews", "materials", "textures", "images", "samplers")
 """Tables of a header that trimesh is handed as they are."""
@@ -118,7 +124,7 @@ def read_gltf(path: Path, sidecar: Sidecar) -> list[Node]:
         where = f"{path.name}: node {name}"
         above = OBJECT_FROM_Y_UP @ unit if parent < 0 else frames[parent]
         frames.append(above @ _local(where, entry))
-        mesh = None
+        mesh = unclear = None
         if entry.mesh is not None:
             pieces = []
             found = header.meshes[entry.mesh].primitives, decoded[entry.mesh]
@@ -127,14 +133,20 @@ def read_gltf(path: Path, sidecar: Sidecar) -> list[Node]:
                 faces = np.asarray(made["faces"], np.int64).reshape(-1, 3)
                 normals = made.get("vertex_normals")
                 normals = None if normals is None else np.asarray(normals, np.float64)
-                colours = _colours(where, raw, primitive, made, len(vertices))
+                try:
+                    colours = _colours(where, raw, primitive, made, len(vertices))
+                except InputError as error:
+                    colours, unclear = np.zeros_like(vertices), error
                 piece = checked_mesh(where, vertices, faces, colours, normals)
                 pieces.append(moved(piece, frames[-1]))
             if not pieces:
                 raise InputError(where, "no primitives", "a mesh has triangles", "take it out")
-            mesh = joined(pieces)
+            whole = MeshTable.of(pieces)
+            mesh = Mesh(whole.vertices, whole.normals, whole.colours, whole.faces)
         extras = entry.extras if isinstance(entry.extras, Mapping) else {}
-        nodes.append(Node(name, parent, frames[-1], mesh, node_settings(where, extras)))
+        passed = entry.camera is not None or "KHR_lights_punctual" in entry.extensions
+        said = node_settings(where, extras)
+        nodes.append(Node(name, parent, frames[-1], mesh, said, passed, unclear))
     return nodes
 
 
@@ -158,7 +170,7 @@ def _read_header(path: Path) -> tuple[dict[str, Any], bytes]:
         rule = f"a header of at most {MOST_JSON_BYTES} bytes"
         raise InputError(path.name, f"{len(data)} bytes", rule, "join nodes, save it as .glb")
     try:
-        raw = json.loads(data)
+        raw = json.loads(data.rstrip(b"\0"))  # some writers fill a chunk up with zeros
     except (ValueError, RecursionError) as error:
         raise InputError(path.name, data[:24], f"glTF is JSON or GLB ({error})") from None
     if not isinstance(raw, dict):
@@ -186,8 +198,7 @@ def _checked(name: str, raw: dict[str, Any]) -> _Header:
 def _walk(name: str, header: _Header) -> list[tuple[int, int]]:
     """Each node of the scene and the place in this list of the one above, that one first.
 
-    Cameras and lights are passed over. Raises InputError for a node that is not there, and for one
-    that is below itself or below two others.
+    Raises InputError for a node that is not there, or below itself or two others.
     """
     if header.scenes:
         if header.scene >= len(header.scenes):
@@ -212,9 +223,6 @@ def _walk(name: str, header: _Header) -> list[tuple[int, int]]:
             rule = "a node stands below one node alone and never below itself"
             raise InputError(where, "a cycle", f"{rule} (again below {above})", "export a tree")
         seen.add(row)
-        is_no_part = entry.camera is not None or "KHR_lights_punctual" in entry.extensions
-        if entry.mesh is None and not entry.children and is_no_part:
-            continue
         order.append((row, parent))
         left += [(child, len(order) - 1) for child in reversed(entry.children)]
     if not order and header.nodes:
@@ -346,15 +354,24 @@ def _colours(
     ):
         rule, cure = "opaque materials alone", "model leaves as meshes, or set alphaMode OPAQUE"
         raise InputError(f"{where} material", material.get("alphaMode"), rule, cure)
+    texture = pbr.get("baseColorTexture", {})
+    strange = sorted({*material.get("extensions", ()), *texture.get("extensions", ())} - _SAME)
+    strange += [f"TEXCOORD_{texture['texCoord']}"] if texture.get("texCoord") else []
+    if strange:
+        rule, cure = "a base colour of core glTF alone", "bake it, or say albedo in FILE.toml"
+        raise InputError(f"{where} material {material.get('name', '')}", strange[0], rule, cure)
     colours = np.tile(factor[:3], (count, 1))
     visual = made.get("visual")
     uv = getattr(visual, "uv", None)
     image = getattr(getattr(visual, "material", None), "baseColorTexture", None)
-    if "baseColorTexture" in pbr:
+    if texture:
         if uv is None or image is None:
             rule = "a texture that can be read, with coordinates TEXCOORD_0"
             raise InputError(f"{where} material", "a texture", rule, "export it as PNG or JPEG")
-        colours = colours * texture_colours(where, image, np.asarray(uv, np.float64))
+        sampler = raw["textures"][texture["index"]].get("sampler")
+        wraps = raw["samplers"][sampler] if sampler is not None else {}
+        repeats = {wraps.get(f"wrap{k}", _REPEAT) for k in "ST"} == {_REPEAT}
+        colours = colours * texture_colours(where, image, np.asarray(uv, np.float64), repeats)
     painted = made.get("vertex_colors")
     if painted is None and visual is not None:
         painted = getattr(visual, "vertex_attributes", {}).get("color")

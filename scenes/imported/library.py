@@ -7,6 +7,7 @@ means its file or its name, held against the hash of what was meant.
 import io
 import json
 import zipfile
+from collections.abc import Callable
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -34,6 +35,9 @@ from scenes.model_files.names import (
 )
 from scenes.model_files.parameter_file import read_model_file
 from scenes.processes.cache import kept
+
+_BROKEN = ArithmeticError, AttributeError, LookupError, RuntimeError, TypeError, ValueError
+"""What libraries, and what is made of their results, meet in a file that is not as it must be."""
 
 FORMAT = 1
 """Version of the file; one of another version is refused."""
@@ -69,8 +73,9 @@ def unpack(data: bytes, where: str) -> PartTree:
         raise InputError(where, f"{len(data)} bytes", rule, "add it again") from None
 
 
-def read_model(path: Path) -> PartTree:
-    """Read a scene file and the table beside it; raises InputError for all that is wrong."""
+def read_model(path: Path, note: Callable[[str], object] = lambda text: None) -> PartTree:
+    """Read a scene file and the table beside it; ``note`` hears what a renderer would show
+    otherwise. Raises InputError for all that is wrong."""
     where = str(path)
     try:
         if not is_model_file(where):
@@ -83,13 +88,22 @@ def read_model(path: Path) -> PartTree:
             raise InputError(where, "0 bytes", "a scene file", "it is empty: export it again")
         beside = path.with_name(f"{path.name}.toml")
         sidecar = read_model_file(beside, Sidecar, {}) if beside.is_file() else Sidecar()
-        read = read_gltf if path.suffix.lower() in (".gltf", ".glb") else read_usd
-        return build_tree(path.name, read(path, sidecar), sidecar)
+        if path.suffix.lower() in (".gltf", ".glb"):
+            return build_tree(path.name, read_gltf(path, sidecar), sidecar)
+        notes: list[str] = []
+        tree = build_tree(path.name, read_usd(path, sidecar, notes.append), sidecar)
+        for text in notes:
+            note(text)
+        return tree
     except InputError as error:
         if error.cure:
             raise
         cure = "mend it in the program that made the scene, and export it again"
         raise InputError(error.where, error.arrived, error.rule, cure) from None
+    except _BROKEN as error:
+        text = " ".join(f"{type(error).__name__}: {error}".split())[:200]
+        rule = f"a scene file that can be read ({text})"
+        raise InputError(where, path.suffix, rule, "export it again") from None
     except ModuleNotFoundError as error:
         rule, cure = f"needs {error.name}", "pip install 'lodbench[models]'"
         raise InputError(where, path.suffix, rule, cure) from None

@@ -84,6 +84,8 @@ class Node:
 
     name    of the node alone; parent: number of the node above in their list, −1 for none
     frame   (4, 4) object from node; mesh: in the object's frame, None where it has none
+    passed  it is no part, as a camera, nor is what holds nothing else
+    unclear why the colours of its mesh are not known; raised unless an albedo is said
     """
 
     name: str
@@ -91,6 +93,8 @@ class Node:
     frame: np.ndarray
     mesh: Mesh | None
     settings: NodeSettings
+    passed: bool = False
+    unclear: InputError | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,6 +193,7 @@ def build_tree(source: str, nodes: Sequence[Node], sidecar: Sidecar) -> PartTree
 
     source: what errors call the file. Raises InputError that names the node and the rule.
     """
+    nodes = _without_passed(nodes)
     check_node_count(source, len(nodes))
     if not any(node.mesh is not None for node in nodes):
         raise InputError(source, "no meshes", "the ends of a model are meshes", "add one")
@@ -211,6 +216,18 @@ def build_tree(source: str, nodes: Sequence[Node], sidecar: Sidecar) -> PartTree
             rule = "every node has a mesh or nodes below it"
             raise InputError(f"{source}: node {paths[row]}", "empty", rule, "take it out")
     return _tree(source, nodes, paths, said, sidecar.period)
+
+
+def _without_passed(nodes: Sequence[Node]) -> list[Node]:
+    """Nodes without those that are passed over, and without those that are left empty by that."""
+    kept, passed = [node.mesh is not None for node in nodes], [node.passed for node in nodes]
+    for row in reversed(range(len(nodes))):  # those below first
+        kept[row] |= not passed[row]
+        if (above := nodes[row].parent) >= 0:
+            kept[above] |= kept[row]
+            passed[above] |= passed[row]
+    number = dict(zip(np.flatnonzero(kept).tolist(), range(len(nodes)), strict=False))
+    return [replace(nodes[row], parent=number.get(nodes[row].parent, -1)) for row in number]
 
 
 def _paths(nodes: Sequence[Node]) -> list[str]:
@@ -275,7 +292,9 @@ def _tree(
             where, rule = f"{source}: node {paths[row]} level", f"at least {least}, its whole's"
             raise InputError(where, asked, rule if parent[-1] >= 0 else "0 for the whole")
         level.append(asked if asked is not None else (least + 1 if parent[-1] >= 0 else 0))
-        mesh, albedo = nodes[row].mesh, said[row].albedo
+        mesh, albedo, unclear = nodes[row].mesh, said[row].albedo, nodes[row].unclear
+        if unclear is not None and albedo is None:
+            raise unclear
         if mesh is not None and albedo is not None:
             mesh = replace(mesh, colours=np.tile(albedo, (len(mesh.vertices), 1)))
         meshes.append(mesh)
@@ -372,24 +391,22 @@ def moved(mesh: Mesh, frame: np.ndarray) -> Mesh:
     return Mesh(vertices, normals, mesh.colours, faces)
 
 
-def joined(meshes: list[Mesh]) -> Mesh:
-    """Return several meshes as one."""
-    starts = np.cumsum([0] + [len(each.vertices) for each in meshes])[:-1].tolist()
-    columns = {
-        key: np.concatenate([getattr(each, key) for each in meshes])
-        for key in ("vertices", "normals", "colours")
-    }
-    faces = [each.faces + start for each, start in zip(meshes, starts, strict=True)]
-    return Mesh(**columns, faces=np.concatenate(faces))
+def texture_colours(
+    where: str, image: Image.Image | bytes, uv: np.ndarray, repeats: bool, grey: bool = True
+) -> np.ndarray:
+    """Look up the linear albedo of corners (v, 2) in a texture, u right and v up.
 
-
-def texture_colours(where: str, image: Image.Image | bytes, uv: np.ndarray) -> np.ndarray:
-    """Look up the linear albedo of corners (v, 2) in a texture, u right and v up, that repeats."""
+    Raises InputError for a picture without 8 bits a channel, of one channel unless ``grey``, and
+    for coordinates beyond 0 to 1 unless it ``repeats``.
+    """
     try:
         picture = Image.open(io.BytesIO(image)) if isinstance(image, bytes) else image
         if picture.width * picture.height > _LARGEST_TEXTURE:
             rule = f"a texture has at most {_LARGEST_TEXTURE} pixels"
             raise InputError(where, picture.size, rule)
+        if picture.mode not in ("RGB", "RGBA", "P", *(("1", "L", "LA") if grey else ())):
+            rule = "a picture of three channels of 8 bits, in sRGB"
+            raise InputError(where, f"a picture of mode {picture.mode}", rule, "save it as RGB PNG")
         rgba = np.asarray(picture.convert("RGBA"), np.float64) / 255
     except InputError:
         raise
@@ -405,7 +422,13 @@ def texture_colours(where: str, image: Image.Image | bytes, uv: np.ndarray) -> n
         rgb = sums / (size[:, None, None] if axis == 0 else size[None, :, None])
     if not np.isfinite(uv).all():
         raise InputError(where, "a texture coordinate that is no number", "coordinates are finite")
-    column = np.minimum((uv[:, 0] % 1.0 * rgb.shape[1]).astype(int), rgb.shape[1] - 1)
-    row = np.minimum(((1.0 - uv[:, 1]) % 1.0 * rgb.shape[0]).astype(int), rgb.shape[0] - 1)
+    st = uv * (1, -1) + (0, 1)  # from the left, and from above
+    if np.abs(st - 0.5).max(initial=0.0) > 0.5 + 1e-6:
+        if not repeats:
+            rule, cure = "a texture that repeats, or coordinates from 0 to 1", "unwrap it within"
+            raise InputError(where, "coordinates beyond its texture", rule, cure)
+        st = st % 1.0
+    size = np.array([rgb.shape[1], rgb.shape[0]])
+    column, row = np.clip((st * size).astype(int), 0, size - 1).T
     found: np.ndarray = rgb[row, column]
     return found

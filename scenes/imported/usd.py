@@ -3,17 +3,19 @@
 Layers are composed as USD composes them: references, payloads and variants are those of the file,
 and prims that are instances stand for themselves. Lengths are metres by ``metersPerUnit``, which is
 0.01 where a file says nothing, and up is the file's ``upAxis``, y where it says nothing. What faces
-+z with y up, or −y with z up, looks ahead.
++z with y up, or −y with z up, looks ahead. What varies in time is as it is in the file's first
+frame. Materials are what the specification of UsdPreviewSurface 2.6 says of them.
 """
 
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from lod.arrays import expand
 from lod.errors import InputError
 from lod.shapes import Mesh
 from scenes.imported.part_tree import (
@@ -33,10 +35,6 @@ from scenes.imported.part_tree import (
     texture_colours,
 )
 
-if TYPE_CHECKING:
-    from pxr import Usd, UsdGeom
-
-
 MOST_TEXT_BYTES = 2**25
 """Of a layer that is text, which takes some 30 times as much memory."""
 
@@ -45,19 +43,19 @@ OBJECT_FROM_Z_UP = np.array([[0, -1, 0, 0], [1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0
 _MOST_WORDS = 4 * MOST_NODES
 """``def`` in a text at most, before it is parsed: some stand for materials and not for nodes."""
 
-_PARTS = ("", "Xform", "Scope", "Mesh")
-_NO_PARTS = ("Material", "Shader", "NodeGraph", "GeomSubset", "Camera", "SkelAnimation")
+_PARTS = ("", "Xform", "Scope", "Mesh", "PointInstancer")
 
 GREY = (0.5, 0.5, 0.5)
 """Albedo where a file says none."""
 
 
-def read_usd(path: Path, sidecar: Sidecar) -> list[Node]:
+def read_usd(path: Path, sidecar: Sidecar, note: Callable[[str], object]) -> list[Node]:
     """Read the nodes of a USD file, those above before those below.
 
-    Raises InputError that names the prim and the rule.
+    ``note`` is called with what is read otherwise than a renderer would. Raises InputError that
+    names the prim and the rule.
     """
-    from pxr import Tf, Usd, UsdGeom, UsdUtils
+    from pxr import Usd, UsdUtils
 
     name = path.name
     size, start = path.stat().st_size, path.open("rb").read(8)
@@ -69,30 +67,20 @@ def read_usd(path: Path, sidecar: Sidecar) -> list[Node]:
         check_node_count(name, _MOST_WORDS)
     said = UsdUtils.CoalescingDiagnosticDelegate()  # or USD would print warnings itself
     try:
-        try:
-            _count_specs(path)
-            stage = Usd.Stage.Open(str(path))
-        except Tf.ErrorException as error:
-            errors = error.args[0] if error.args else ()
-            text = _line(getattr(errors, "commentary", str(error)))
-            raise InputError(name, "USD", f"can be read ({text})") from None
+        _count_specs(path)
+        stage = Usd.Stage.Open(str(path))
         if broken := stage.GetCompositionErrors():
             rule = "every layer and reference is there and none goes in a circle"
             where = f"{name}: node {broken[0].rootSite.path}" if broken[0].rootSite else name
-            raise InputError(where, _line(str(broken[0])), rule, "flatten it: usdcat --flatten")
-        prims = list(_prims(name, stage))
-        total = 0
-        for prim, _ in prims:  # before any mesh is read
-            if prim.IsA(UsdGeom.Mesh):
-                faces = UsdGeom.Mesh(prim).GetFaceVertexCountsAttr().Get() or ()
-                counts = np.asarray(faces, np.int64)
-                if len(counts) and counts.min() < 3:
-                    where = f"{name}: node {prim.GetPath()}"
-                    raise InputError(where, int(counts.min()), "faces have three corners or more")
-                total += int((counts - 2).sum())
-                check_triangle_count(name, total)
-        cache, world = UsdGeom.XformCache(), _object_from_stage(name, stage, sidecar)
-        return [_node(name, prim, parent, cache, world) for prim, parent in prims]
+            raise InputError(
+                where, " ".join(str(broken[0]).split())[:200], rule, "flatten it: usdcat --flatten"
+            )
+        has_start, start_at = stage.HasAuthoredTimeCodeRange(), stage.GetStartTimeCode()
+        time = Usd.TimeCode(start_at) if has_start else Usd.TimeCode.EarliestTime()
+        if any(layer.ListAllTimeSamples() for layer in stage.GetUsedLayers()):
+            note(f"{name}: of what varies in time, the first frame is read")
+        world = _object_from_stage(name, stage, sidecar)
+        return list(_walk(name, stage, world, time, note))
     finally:
         said.TakeUncoalescedDiagnostics()
 
@@ -104,9 +92,7 @@ def _count_specs(path: Path) -> None:
     layer = Sdf.Layer.FindOrOpen(str(path))
     if layer is None:
         raise InputError(path.name, path.suffix, "a USD layer that can be read", "export it again")
-    left = list(layer.rootPrims)
-    count, arcs = len(left), bool(layer.subLayerPaths)
-    check_node_count(path.name, count)
+    left, count, arcs = [layer.pseudoRoot], 0, bool(layer.subLayerPaths)
     while left:
         spec = left.pop()
         below = list(spec.nameChildren)
@@ -141,36 +127,79 @@ def _try_to_compose(path: Path) -> None:
         raise InputError(path.name, "its references", rule, "take some away, or flatten it")
 
 
-def _prims(name: str, stage: "Usd.Stage") -> Iterator[tuple["Usd.Prim", int]]:
-    """Prims that are parts, and the place in this order of the one above."""
-    from pxr import Usd, UsdGeom, UsdLux
+def _walk(
+    name: str, stage: Any, world: np.ndarray, time: Any, note: Callable[[str], object]
+) -> Iterator[Node]:
+    """Nodes of the prims in the order of the file; below a point instancer, what it places."""
+    from pxr import Gf, Usd, UsdGeom, UsdLux
 
-    number: dict[Any, int] = {}
-    instances_too = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
-    walk = iter(Usd.PrimRange.Stage(stage, instances_too))
-    for prim in walk:
-        kind = str(prim.GetTypeName())
-        where = f"{name}: node {prim.GetPath()}"
-        image = UsdGeom.Imageable(prim)
-        hidden = image and (
-            image.GetVisibilityAttr().Get() == "invisible"
-            or image.GetPurposeAttr().Get() in ("proxy", "guide")
+    active = Usd.TraverseInstanceProxies(Usd.PrimIsActive & Usd.PrimIsLoaded)
+    here = Gf.Matrix4d(1)
+    left = [(stage.GetPseudoRoot(), "", -2, here)]
+    nodes = triangles = smooth = 0
+    row = -2
+    while left:
+        row += 1
+        prim, called, parent, at = left.pop()
+        kind, where = str(prim.GetTypeName()), f"{name}: node {prim.GetPath()}"
+        image, xform, shape = UsdGeom.Imageable(prim), UsdGeom.Xformable(prim), UsdGeom.Mesh(prim)
+        mesh = unclear = None
+        passed = (
+            kind == "Camera"
+            or (prim.IsA(Usd.Typed) and not image)
+            or (image and image.GetVisibilityAttr().Get(time) == "invisible")
+            or (image and image.GetPurposeAttr().Get() in ("proxy", "guide"))
+            or prim.HasAPI(UsdLux.LightAPI)
+            or prim.IsA(UsdLux.BoundableLightBase)
         )
-        below = (str(each.GetTypeName()) for each in Usd.PrimRange(prim, instances_too))
-        looks = kind == "Scope" and "Mesh" not in below
-        light = prim.HasAPI(UsdLux.LightAPI) or prim.IsA(UsdLux.BoundableLightBase)
-        if kind in _NO_PARTS or hidden or looks or light:
-            walk.PruneChildren()
-            continue
-        if kind not in _PARTS:
-            rule = "Xform, Scope and Mesh prims alone"
-            raise InputError(where, kind, rule, "make instances, curves and surfaces real meshes")
-        number[prim.GetPath()] = len(number)
-        check_node_count(name, len(number))
-        yield prim, number.get(prim.GetParent().GetPath(), -1)
+        if xform:
+            at = xform.GetLocalTransformation(time) * (here if xform.GetResetXformStack() else at)
+        frame = world @ np.array(at).T
+        if not passed:
+            check_node_count(name, nodes)
+            nodes += 1
+            if kind not in _PARTS:
+                rule, cure = f"one of {', '.join(_PARTS[1:])}", "make curves and such real meshes"
+                raise InputError(where, kind, rule, cure)
+            check_frame(where, frame, "a scale of 0")
+            if shape:
+                smooth += shape.GetSubdivisionSchemeAttr().Get() != "none"
+                mesh, unclear = _read_mesh(where, shape, time)
+                mesh, triangles = moved(mesh, frame), triangles + len(mesh.faces)
+                check_triangle_count(name, triangles)
+            below = prim.GetFilteredChildren(active)  # in a prototype, those of a class as well
+            status = prim.IsDefined(), prim.IsAbstract()
+            same = [each for each in below if (each.IsDefined(), each.IsAbstract()) == status]
+            placed = [(each, each.GetName(), here) for each in same]
+            if kind == "PointInstancer":
+                placed = _instances(where, UsdGeom.PointInstancer(prim), time)
+                check_node_count(name, nodes + len(placed))
+            left += [(each, called, row, place * at) for each, called, place in reversed(placed)]
+        said = {each.GetName(): each for each in prim.GetAttributes() if PREFIX in each.GetName()}
+        plain = {key: np.array(each.Get(time)).tolist() for key, each in said.items()}
+        settings = node_settings(where, plain)
+        if row >= 0:
+            passed |= kind == "Scope"
+            yield Node(called, parent, frame, mesh, settings, bool(passed), unclear)
+    if smooth:
+        note(f"{name}: {smooth} meshes are subdivision surfaces, of which the cage is read")
 
 
-def _object_from_stage(name: str, stage: "Usd.Stage", sidecar: Sidecar) -> np.ndarray:
+def _instances(where: str, prim: Any, time: Any) -> list[tuple[Any, str, Any]]:
+    """Prototype, name and matrix in the instancer's of each instance that is not masked."""
+    targets = prim.GetPrototypesRel().GetForwardedTargets()
+    made = [prim.GetPrim().GetStage().GetPrimAtPath(each) for each in targets]
+    which = list(prim.GetProtoIndicesAttr().Get(time) or ())
+    rule = prim.ExcludeProtoXform, prim.IgnoreMask
+    places = prim.ComputeInstanceTransformsAtTime(time, time, *rule)
+    if not all(made) or len(places) != len(which) or not set(which) <= set(range(len(made))):
+        raise InputError(where, "protoIndices", "a place and a prototype for each instance")
+    seen = prim.ComputeMaskAtTime(time) or [True] * len(which)
+    rows = enumerate(zip(which, places, seen, strict=True))
+    return [(made[k], f"{made[k].GetName()}_{n}", at) for n, (k, at, shown) in rows if shown]
+
+
+def _object_from_stage(name: str, stage: Any, sidecar: Sidecar) -> np.ndarray:
     """(4, 4) metres, z up and x ahead, from the units and axes of a stage."""
     from pxr import UsdGeom
 
@@ -185,134 +214,133 @@ def _object_from_stage(name: str, stage: "Usd.Stage", sidecar: Sidecar) -> np.nd
     return turn @ np.diag([unit, unit, unit, 1.0])
 
 
-def _node(
-    name: str, prim: "Usd.Prim", parent: int, cache: "UsdGeom.XformCache", world: np.ndarray
-) -> Node:
-    from pxr import UsdGeom
-
-    where = f"{name}: node {prim.GetPath()}"
-    frame = world @ np.array(cache.GetLocalToWorldTransform(prim)).T
-    check_frame(where, frame, "a scale of 0")
-    said = {
-        str(each.GetName()): _plain(each.Get())
-        for each in prim.GetAttributes()
-        if PREFIX in str(each.GetName())
-    }
-    mesh = None
-    if prim.IsA(UsdGeom.Mesh):
-        mesh = moved(_read_mesh(where, UsdGeom.Mesh(prim)), frame)
-    return Node(prim.GetName(), parent, frame, mesh, node_settings(where, said))
-
-
-def _plain(value: Any) -> Any:
-    try:
-        return [float(each) for each in value] if not isinstance(value, str) else value
-    except TypeError:
-        return value
-
-
-def _line(text: str) -> str:
-    return " ".join(text.split())[:200]
-
-
-def _read_mesh(where: str, mesh: "UsdGeom.Mesh") -> Mesh:
+def _read_mesh(where: str, mesh: Any, time: Any) -> tuple[Mesh, InputError | None]:
     """Read a mesh in its own frame; polygons become fans of triangles about their first corner.
 
-    Raises InputError that names the prim: ``where``.
+    The second result says why its colours are not known. Raises InputError that names the prim.
     """
-    points = np.array(mesh.GetPointsAttr().Get() or (), np.float64).reshape(-1, 3)
-    counts = np.array(mesh.GetFaceVertexCountsAttr().Get() or (), np.int64)
-    corners = np.array(mesh.GetFaceVertexIndicesAttr().Get() or (), np.int64)
+    from pxr import UsdGeom, UsdShade
+
+    points = np.array(mesh.GetPointsAttr().Get(time) or (), np.float64).reshape(-1, 3)
+    counts = np.array(mesh.GetFaceVertexCountsAttr().Get(time) or (), np.int64)
+    corners = np.array(mesh.GetFaceVertexIndicesAttr().Get(time) or (), np.int64)
     if counts.sum() != len(corners):
         rule = f"as many corners as its faces have, {int(counts.sum())}"
         raise InputError(where, f"{len(corners)} corners", rule, "export it again")
+    if len(counts) and counts.min() < 3:
+        raise InputError(where, int(counts.min()), "faces have three corners or more")
+    check_triangle_count(where, int((counts - 2).sum()))
     check_rows(where, corners, len(points))
     # Fans: rows of the corners of each triangle (t, 3).
-    triangles = np.maximum(counts - 2, 0)
-    face = np.repeat(np.arange(len(counts)), triangles)
+    face, number = expand(counts - 2)
     start = (np.cumsum(counts) - counts)[face]
-    number = np.arange(len(face)) - np.repeat(np.cumsum(counts - 2) - (counts - 2), triangles)
     fans = np.stack((start, start + number + 1, start + number + 2), axis=1)
+    fans = fans[~np.isin(face, mesh.GetHoleIndicesAttr().Get(time) or ())]
     if str(mesh.GetOrientationAttr().Get()) == "leftHanded":
         fans = fans[:, ::-1]
-    # Every corner has a vertex of its own where colours or normals change from face to face.
-    shape = len(points), corners, counts
-    colours, uneven = _colours(where, mesh, *shape)
-    normals, bent = _per_corner(mesh.GetNormalsAttr().Get(), mesh.GetNormalsInterpolation(), *shape)
-    if not uneven and not bent:
-        return checked_mesh(where, points, corners[fans], colours, normals)
-    if not uneven:
-        colours = colours[corners]
-    if normals is not None and not bent:
-        normals = normals[corners]
-    return checked_mesh(where, points[corners], fans, colours, normals)
+    around, _ = expand(counts)
+    rows = {
+        "constant": (1, np.zeros(len(corners), np.int64)),
+        "uniform": (len(counts), around),
+        "vertex": (len(points), corners),
+        "varying": (len(points), corners),
+        "faceVarying": (len(corners), np.arange(len(corners))),
+    }
+
+    def by_corner(values: Any, kind: object) -> np.ndarray | None:
+        values = np.array(() if values is None else values, np.float64)
+        size, row = rows.get("constant" if len(values) == 1 else str(kind), (0, corners))
+        return values.reshape(size, -1)[row] if 0 < len(values) == size else None
+
+    def primvar(name: str, needed: bool = True) -> np.ndarray | None:
+        found = UsdGeom.PrimvarsAPI(mesh.GetPrim()).FindPrimvarWithInheritance(name)
+        if not needed and not (found and found.HasValue()):
+            return None
+        kind = found.GetInterpolation() if found else "absent"
+        made = by_corner(found.ComputeFlattened(time), kind) if found else None
+        if made is None:
+            rule = "as many values as its interpolation needs"
+            raise InputError(where, f"primvars:{name}, {kind}", rule, "export it again")
+        return made
+
+    colours, bound, unclear = np.tile(GREY, (len(corners), 1)), np.zeros(len(corners), bool), None
+    try:
+        for each in (*UsdShade.MaterialBindingAPI(mesh).GetMaterialBindSubsets(), mesh):
+            own = ~bound if each is mesh else np.isin(around, each.GetIndicesAttr().Get(time))
+            bound |= own
+            if own.any():
+                colours[own] = _albedo(where, each.GetPrim(), primvar, colours, time)[own]
+    except InputError as error:
+        unclear = error
+    except ValueError as error:
+        unclear = InputError(where, f"its colours ({error})", "numbers, three of each colour")
+    normals = by_corner(mesh.GetNormalsAttr().Get(time), mesh.GetNormalsInterpolation())
+    # Corners of a point share a vertex unless colours or normals change from face to face.
+    _, first, row = np.unique(corners, return_index=True, return_inverse=True)
+    columns: list[Any] = [points[corners], colours, normals]
+    if all(each is None or np.array_equal(each, each[first][row]) for each in columns):
+        columns, fans = [None if each is None else each[first] for each in columns], row[fans]
+    return checked_mesh(where, columns[0], fans, *columns[1:]), unclear
 
 
-def _per_corner(
-    values: Any, interpolation: Any, points: int, corners: np.ndarray, counts: np.ndarray
-) -> tuple[np.ndarray | None, bool]:
-    """Values by vertex, or by corner (the second result says so); None where there are none."""
-    if values is None or len(values) == 0:
-        return None, False
-    rows = np.array(values, np.float64).reshape(len(values), -1)
-    kind = str(interpolation)
-    if kind == "constant" or len(rows) == 1:
-        return np.repeat(rows[:1], points, axis=0), False
-    if kind in ("vertex", "varying") and len(rows) == points:
-        return rows, False
-    if kind == "faceVarying" and len(rows) == len(corners):
-        return rows, True
-    if kind == "uniform" and len(rows) == len(counts):
-        return np.repeat(rows, counts, axis=0), True
-    return None, False
+def _albedo(where: str, prim: Any, primvar: Any, like: np.ndarray, time: Any) -> np.ndarray:
+    """Linear albedo (c, 3) of corners: of the material that is bound to a prim, or displayColor.
 
-
-def _colours(
-    where: str, mesh: "UsdGeom.Mesh", points: int, corners: np.ndarray, counts: np.ndarray
-) -> tuple[np.ndarray, bool]:
-    """Linear albedo by vertex or by corner: of its material, or its displayColor."""
-    from pxr import UsdGeom, UsdShade
-
-    shape = points, corners, counts
-    material = UsdShade.MaterialBindingAPI(mesh.GetPrim()).ComputeBoundMaterial()[0]
-    found = _material_colour(where, material) if material else None
-    if isinstance(found, bytes):
-        st = UsdGeom.PrimvarsAPI(mesh.GetPrim()).GetPrimvar("st")
-        uv, uneven = None, False
-        if st:
-            uv, uneven = _per_corner(st.ComputeFlattened(), st.GetInterpolation(), *shape)
-        if uv is None:
-            raise InputError(where, "a texture", "texture coordinates primvars:st", "unwrap it")
-        return texture_colours(where, found, uv), uneven
-    if found is not None:
-        return np.tile(found, (points, 1)), False
-    shown = mesh.GetDisplayColorPrimvar()
-    colours, uneven = _per_corner(shown.ComputeFlattened(), shown.GetInterpolation(), *shape)
-    return (np.tile(GREY, (points, 1)), False) if colours is None else (colours, uneven)
-
-
-def _material_colour(where: str, material: Any) -> np.ndarray | bytes | None:
+    Raises InputError where the way from the mesh to its colour is not one that is known here.
+    """
     from pxr import Ar, UsdShade
 
+    def refuse(good: object, arrived: str, rule: str) -> None:
+        if not good:
+            cure = "bake the colour into one texture, or say albedo in FILE.toml"
+            raise InputError(where, arrived, rule, cure)
+
+    def end(shader: Any, name: str) -> Any:
+        """The attribute that an input has its value from; None where there is none."""
+        found = shader.GetInput(name)
+        ends = UsdShade.Utils.GetValueProducingAttributes(found) if found else ()
+        one = len(ends) == 1 or not (found and found.GetAttr().HasAuthoredConnections())
+        refuse(one, f"{shader.GetPrim().GetName()}.{name}", "connected to one output that is there")
+        return ends[0] if ends else None
+
+    def constant(shader: Any, name: str, default: Any) -> Any:
+        found = end(shader, name)
+        network = found and UsdShade.Output.IsOutput(found)
+        refuse(not network, f"{name} by a network", "a constant value")
+        value = found.Get(time) if found else None
+        return default if value is None else value
+
+    def kind(shader: Any) -> str:
+        return str(shader.GetIdAttr().Get()) if shader else "nothing"
+
+    api = UsdShade.MaterialBindingAPI(prim)
+    bound = [api.ComputeBoundMaterial(purpose) for purpose in ("preview", "full")]
+    material = next((each for each, _ in bound if each), None)
+    if material is None:
+        refuse(not any(rel for _, rel in bound), "a material that is not there", "one that is")
+        opacity, shown = primvar("displayOpacity", False), primvar("displayColor", False)
+        refuse(opacity is None or opacity.min() >= 1, "displayOpacity", "opaque meshes alone")
+        return like if shown is None else shown
+    where = f"{where} material {material.GetPrim().GetName()}"
     surface = material.ComputeSurfaceSource()[0]
-    if not surface or surface.GetIdAttr().Get() != "UsdPreviewSurface":
-        return None
-    opacity = surface.GetInput("opacity")
-    if opacity and (opacity.HasConnectedSource() or (opacity.Get() or 1.0) < 1.0):
-        rule, cure = "opaque materials alone", "model leaves as meshes, or take opacity out"
-        raise InputError(f"{where} material", "opacity", rule, cure)
-    diffuse = surface.GetInput("diffuseColor")
-    if not diffuse:
-        return None
-    for source in UsdShade.Utils.GetValueProducingAttributes(diffuse):
-        shader = UsdShade.Shader(source.GetPrim())
-        if shader.GetIdAttr().Get() != "UsdUVTexture":
-            return np.array(source.Get(), np.float64)
-        asset = shader.GetInput("file").Get()
-        opened = Ar.GetResolver().OpenAsset(Ar.ResolvedPath(asset.resolvedPath)) if asset else None
-        if opened is None:
-            arrived = asset.path if asset else "no file"
-            rule = "a picture that is there"
-            raise InputError(f"{where} texture", arrived, rule, "copy it there")
-        return bytes(opened.GetBuffer())
-    return None
+    refuse(kind(surface) == "UsdPreviewSurface", kind(surface), "a UsdPreviewSurface")
+    refuse(constant(surface, "opacity", 1.0) >= 1, "opacity", "opaque materials alone")
+    diffuse = end(surface, "diffuseColor")
+    if diffuse is None or not UsdShade.Output.IsOutput(diffuse):
+        return np.full_like(like, constant(surface, "diffuseColor", (0.18,) * 3))  # its default
+    texture = UsdShade.Shader(diffuse.GetPrim())
+    ways = kind(texture), diffuse.GetName()
+    refuse(ways == ("UsdUVTexture", "outputs:rgb"), " ".join(ways), "a UsdUVTexture's rgb")
+    reader = UsdShade.Shader(st.GetPrim()) if (st := end(texture, "st")) else None
+    rule = "texture coordinates straight from a UsdPrimvarReader_float2"
+    refuse(kind(reader) == "UsdPrimvarReader_float2", f"st of {kind(reader)}", rule)
+    uv = primvar(constant(reader, "varname", ""))
+    space = constant(texture, "sourceColorSpace", "auto")
+    refuse(space in ("auto", "sRGB"), f"sourceColorSpace {space}", "a texture in sRGB")
+    asset = constant(texture, "file", None)
+    opened: Any = Ar.GetResolver().OpenAsset(Ar.ResolvedPath(asset.resolvedPath)) if asset else None
+    refuse(opened, asset.path if asset else "no file", "a picture that is there")
+    repeats = all(constant(texture, f"wrap{k}", "") == "repeat" for k in "ST")
+    found = texture_colours(where, bytes(opened.GetBuffer()), uv, repeats, grey=space == "sRGB")
+    scale = np.array(constant(texture, "scale", (1.0,) * 4))[:3]
+    return found * scale + np.array(constant(texture, "bias", (0.0,) * 4))[:3]

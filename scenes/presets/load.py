@@ -3,6 +3,7 @@
 The imported models of a preset are held to the hash of what they were when it was read.
 """
 
+import os
 import re
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
@@ -12,6 +13,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from pydantic import ValidationError
 
 from lod.errors import InputError
@@ -186,7 +188,9 @@ def _toml_value(text: str) -> Any:
 
 
 def _plain(data: Any) -> Any:
-    """Nested data with its own tables and with tuples for lists, as the strict models want it."""
+    """Nested data with its own tables, tuples for lists, Python's numbers, and text for paths."""
+    data = os.fspath(data) if isinstance(data, os.PathLike) else data
+    data = data.tolist() if isinstance(data, np.ndarray | np.generic) else data
     if isinstance(data, Mapping):
         return {name: _plain(value) for name, value in data.items()}
     if isinstance(data, list | tuple):

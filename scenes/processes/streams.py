@@ -75,6 +75,9 @@ def lenient_stream(number: int, like: TextIO | None = None, closefd: bool = Fals
 @contextlib.contextmanager
 def stdout_to_stderr() -> Iterator[None]:
     """Send what libraries print, from Python and from C, to stderr: stdout is for results."""
+    if sys.stdout is None:  # as without a terminal on Windows, and where a caller says so
+        yield
+        return
     sys.stdout.flush()
     kept = os.dup(1)
     try:

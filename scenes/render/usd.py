@@ -19,7 +19,7 @@ from scenes.render.description import Description, describe_frame
 from scenes.render.exr.header import camera_from_world, software
 
 SUFFIXES = (".usda", ".usdc", ".usd")
-_APERTURE_MM = 36.0
+_APERTURE = 0.36  # of 36 mm, in tenths of a scene unit, which is a metre
 
 
 def check_usd(path: str | Path, overwrite: bool = False) -> None:
@@ -82,13 +82,13 @@ def _camera(stage: Any, frame_input: FrameInput) -> None:
     from pxr import Gf, UsdGeom
 
     camera, prim = frame_input.camera, UsdGeom.Camera.Define(stage, "/frame/camera")
-    prim.CreateHorizontalApertureAttr(_APERTURE_MM)
-    prim.CreateVerticalApertureAttr(_APERTURE_MM * camera.height / camera.width)
-    focal_mm = _APERTURE_MM / (2 * math.tan(camera.fov_x / 2))
-    prim.CreateFocalLengthAttr(focal_mm)
+    prim.CreateHorizontalApertureAttr(_APERTURE)
+    prim.CreateVerticalApertureAttr(_APERTURE * camera.height / camera.width)
+    focal = _APERTURE / (2 * math.tan(camera.fov_x / 2))
+    prim.CreateFocalLengthAttr(focal)
     if camera.lens:
         # Of the same angles on this sensor: the opening, not the number, is what counts.
-        prim.CreateFStopAttr(focal_mm / 1000 / camera.lens.diameter_m)
+        prim.CreateFStopAttr(focal / 10 / camera.lens.diameter_m)
         prim.CreateFocusDistanceAttr(camera.lens.focus_m)
     prim.CreateClippingRangeAttr(Gf.Vec2f(0.05, 1e7))
     world_from_camera = np.linalg.inv(camera_from_world(camera))

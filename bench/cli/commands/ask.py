@@ -4,8 +4,9 @@ from typing import Any
 
 import click
 
-from bench.cli.flags import LAST_FRAME, StrictCommand, memory_flag, preset_from_flags, view_flags
+from bench.cli.flags import StrictCommand, memory_flag, preset_from_flags, view_flags
 from bench.cli.output import output
+from scenes.files import LAST_FRAME
 
 
 @click.command("ask", cls=StrictCommand)

@@ -51,7 +51,7 @@ def add(file: str, name: str | None, overwrite: bool, sheet: str | None, as_json
     from scenes.imported.library import keep_model, place_of_model, read_model
 
     with output(as_json) as out:
-        tree = read_model(Path(file))
+        tree = read_model(Path(file), out.note)
         called = name or Path(file).stem
         path = place_of_model(called, overwrite)
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -97,7 +97,7 @@ def show(model: str, sheet: str | None, as_json: bool) -> None:
 
     with output(as_json) as out:
         is_file = is_model_file(model) or "/" in model
-        tree = read_model(Path(model)) if is_file else user_model(model)
+        tree = read_model(Path(model), out.note) if is_file else user_model(model)
         _tell(out, model, tree)
         if sheet:
             _picture(out, model, tree, Path(sheet))
@@ -133,8 +133,8 @@ def _facts(tree: "PartTree") -> dict[str, Any]:
         "levels": int(tree.level.max()) + 1,
         "triangles": len(tree.meshes),
         "height_m": float(high[2]),
-        "low_m": low.tolist(),
-        "high_m": high.tolist(),
+        "low": low.tolist(),
+        "high": high.tolist(),
         "turns": tree.turning,
     }
 
@@ -147,10 +147,12 @@ def _tell(out: Output, name: str, tree: "PartTree") -> None:
         {"level": level, "parts": int(n), "triangles": int(triangles[level])}
         for level, n in enumerate(parts.tolist())
     ]
-    out.record({"model": name, **facts, "by_level": levels})
-    size = " by ".join(f"{x:.3g}" for x in np.subtract(facts["high_m"], facts["low_m"]))
+    found = np.unique(tree.meshes.face_colours.round(4), axis=0, return_counts=True)
+    colours = [{"albedo": row.tolist(), "triangles": int(n)} for row, n in zip(*found, strict=True)]
+    out.record({"model": name, **facts, "by_level": levels, "colours": colours})
+    size = " by ".join(f"{x:.3g}" for x in np.subtract(facts["high"], facts["low"]))
     lead = f"{name}: {facts['parts']:,} parts, {facts['triangles']:,} triangles, {size} m"
-    bottom = f"lowest point {facts['low_m'][2]:.3g} m above the ground"
+    bottom = f"lowest point {facts['low'][2]:.3g} m above the ground"
     rows: list[tuple[Any, ...]] = [("level", "parts", "triangles", "such as")]
     for each in levels:
         rows += [

@@ -6,9 +6,10 @@ from typing import Any
 
 import click
 
-from bench.cli.flags import LAST_FRAME, StrictCommand, memory_flag, preset_from_flags, view_flags
+from bench.cli.flags import StrictCommand, memory_flag, preset_from_flags, view_flags
 from bench.cli.output import output, progress_bar, tell_first_run
-from scenes.files import make_folder
+from lod.errors import InputError
+from scenes.files import LAST_FRAME, make_folder
 
 
 @click.command("usd", cls=StrictCommand)
@@ -37,6 +38,10 @@ def command(
     check_usd(path, overwrite)
     tell_first_run()
     chosen = preset_from_flags(preset, **flags)
+    if chosen.camera.projection == "panorama" or chosen.camera.stereo:
+        key = "stereo" if chosen.camera.stereo else "projection"
+        rule, cure = "one camera in perspective", f"USD has no other here: leave {key} out"
+        raise InputError(f"camera.{key}", getattr(chosen.camera, key), rule, cure)
     chosen = within_budget(chosen, (frame,), max_memory, partial(click.echo, err=True))
     make_folder(Path(path).parent)
     with output(as_json) as out:

@@ -84,6 +84,9 @@ def test_usd_counts_what_it_wrote(run):
     assert found["sticks"] > 50 and found["triangles"] > 10 and Path(found["path"]).is_file()
     code, _, err = run("usd", "tiny.toml", "-o", "a.obj")
     assert code == 2 and "usda" in err
+    for key, value in (("projection", "panorama"), ("stereo", "0.1")):
+        code, _, err = run("usd", "tiny.toml", "-o", "a.usda", "-D", f"camera.{key}={value}")
+        assert code == 2 and f"camera.{key}: " in err and "one camera in perspective" in err
 
 
 def rendered_frame():

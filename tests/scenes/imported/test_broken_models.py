@@ -227,7 +227,24 @@ REFUSED: tuple[Case, ...] = (
         "circle",
     ),
     ("curves", usda(f'{X} def BasisCurves "c" {{}} }}'), "node /whole/c", "BasisCurves"),
-    ("a point instancer", usda(f'{X} def PointInstancer "c" {{}} }}'), "node /whole/c", "PointI"),
+    (
+        "an instance of nothing",
+        usda(f'{X} def PointInstancer "c" {{int[] protoIndices = [1]}} }}'),
+        "node /whole/c",
+        "a prototype",
+    ),
+    (
+        "a material that is not as glTF has it",
+        gltf(lambda h: h["materials"][0].update(pbrMetallicRoughness={"baseColorFactor": "red"})),
+        "a.glb",
+        "; ",
+    ),
+    (
+        "a material that is not there",
+        gltf(lambda h: h["meshes"][0]["primitives"][0].update(material=99)),
+        "a.glb",
+        "; ",
+    ),
     (
         "morph targets",
         gltf(lambda h: h["meshes"][0]["primitives"][0].update(targets=[{}])),

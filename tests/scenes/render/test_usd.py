@@ -80,6 +80,10 @@ def test_the_camera_sees_what_ours_sees(made, tmp_path):
     window = frustum.window.GetMax()
     assert math.isclose(window[0], math.tan(math.radians(25)), rel_tol=1e-6)
     assert isinstance(frustum, Gf.Frustum)
+    camera = UsdGeom.Camera.Get(stage, "/frame/camera")  # in tenths of a unit, which is 1 m
+    assert math.isclose(camera.GetHorizontalApertureAttr().Get() / 10, 0.036, rel_tol=1e-6)
+    focal = camera.GetFocalLengthAttr().Get() / 10
+    assert math.isclose(focal, 0.018 / math.tan(math.radians(25)), rel_tol=1e-6)
 
 
 def test_every_validator_is_content(made, tmp_path):
