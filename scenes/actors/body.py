@@ -118,7 +118,7 @@ class Body(Limb):
         """Build the body at rest at a place [m]; its heading is clockwise from north [degrees]."""
         self._tree = limb_tree(prototype)
         here = RevoluteJoint((*position, 0.0), rotation(UP, 90.0 - heading_deg))
-        super().__init__(build_limbs(prototype, self._tree), here, self._tree.row, name=name)
+        super().__init__(build_limbs(prototype, self._tree), here, name=name)
         self._prototype, self._rows = prototype, limb_routes(self._tree)
         self._reach = reach_in_plan(prototype)
         self._time, self._phase, self._speed, self._spin = 0.0, 0.0, 0.0, 0.0

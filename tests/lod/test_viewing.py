@@ -415,16 +415,13 @@ def test_along_an_axis_the_depth_is_weighed():
     assert (view.limits(tree)[0] == limit_distances(tree, METRICS["blake"], view.m, sight)).all()
 
 
-def test_another_cameras_pixel_and_bad_air_are_refused():
+def test_another_cameras_pixel_and_a_contrast_beyond_scales_are_refused():
     with pytest.raises(InputError, match="pixel"):
         View(
             CAMERA,
             METRICS["blake"],
             conditions=ViewingConditions(BlurWidths(2 * VIEW_PIXEL)),
         )
-    for beta in (-1.0, math.nan, math.inf):
-        with pytest.raises(InputError, match="extinction"):
-            ViewingConditions(BlurWidths(VIEW_PIXEL), beta)
     for contrast in ((-1, 0), (0, NEVER_LOST + 1)):
         with pytest.raises(InputError, match="contrast"):
             tree_of(*contrast)
