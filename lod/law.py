@@ -278,12 +278,13 @@ def count_moments(
     finite world.
     """
     kinds, levels = len(hierarchies), 1 + max(int(h.level.max()) for h in hierarchies)
-    camera, planes = view.camera, [view.camera.forward]  # inward unit normals of the pyramid
-    for axis, tangent in zip((camera.right, camera.up), camera.tan_half, strict=True):
-        for sign in (1.0, -1.0):
-            planes.append((camera.forward * tangent + sign * axis) / math.hypot(1.0, tangent))
-    normals = np.zeros((0, 3)) if view.look_around else np.array(planes)
-    frustum = camera.eye, normals, view.look_around
+    camera, planes = view.camera, []  # inward unit normals of the pyramid's
+    if not view.look_around:
+        planes.append(camera.forward)
+        for axis, tangent in zip((camera.right, camera.up), camera.tan_half, strict=True):
+            for sign in (1.0, -1.0):
+                planes.append((camera.forward * tangent + sign * axis) / math.hypot(1.0, tangent))
+    frustum = camera.eye, np.array(planes).reshape(-1, 3), view.look_around
 
     def integral(kind: int) -> tuple[np.ndarray, np.ndarray]:
         rows = slice(kind, None, kinds)

@@ -1,33 +1,7 @@
 """The stick: the usual appearance of an actor (§2.3, §3.1.1).
 
-Actors: objects with a place, an appearance and parts; the classes of figure 3 (§3.1.1).
-
-    ObjectWithParts ── PositionableObject ─┬─ CameraBody (scenes/actors/body.py)
-                                           └─ Actor ─┬─ SimpleActor    a part that has none
-                                                     ├─ CompoundActor  assembled from a table
-                                                     └─ the parts of a figure, a class each
-
-Figure 4: joe's right foot is asked for its orientation, and then to replace it by the same, turned
-by 40° about a vector along y.
-
->>> from lod.actors.message import ask, change
->>> from lod.actors.quaternion import NORTH, rotation
->>> class LowerLeg(Actor):
-...     part_types = {"foot": SimpleActor}
->>> class Leg(Actor):
-...     part_types = {"lower leg": LowerLeg}
->>> class Person(Actor):
-...     part_types = {"left leg": Leg, "right leg": Leg}
->>> joe = Person(name="joe")
->>> right_foot = "right leg/lower leg/foot"
->>> orientation = joe.receive(ask(right_foot, "orientation")).value
->>> joe.receive(change(right_foot, "orient", orientation * rotation(NORTH, 40)))
-Answer(value=None)
->>> joe.receive(ask(right_foot, "orientation")).value
-0.34202j+0.939693
->>> joe.receive(ask("right leg/foot", "orientation"))  # doctest: +NORMALIZE_WHITESPACE
-Refusal(who='joe/right leg',
-        why="has no part 'foot'; the nearest known route is 'right leg/lower leg/foot'")
+Actors: objects with a place, an appearance and parts. ``docs/actors.md`` draws these classes, and
+sends the message of figure 4.
 """
 
 from collections.abc import Mapping

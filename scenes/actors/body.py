@@ -7,19 +7,7 @@ follow its walk until a message turns one; what a message turned is *held* until
 Its place counts from the plane's origin, x east and y north, and from the ground below it. Limbs
 answer for level ground; on slopes the pruner plants the feet (``scenes.rig.foot_placement``).
 
->>> from lod.actors.message import change
->>> from lod.actors.quaternion import NORTH
->>> from scenes.figures.person import people_at_rest
->>> joe = Body("joe", people_at_rest(0, 1)[0])
->>> right_foot = "right leg/lower leg/foot"
->>> orientation = joe.receive(ask(right_foot, "orientation")).value
->>> joe.receive(change(right_foot, "orient", orientation * rotation(NORTH, 40)))
-Answer(value=None)
->>> joe.receive(ask(right_foot, "held")).value[0][0]
-()
->>> joe.receive(ask("right leg/toot", "held"))  # doctest: +NORMALIZE_WHITESPACE
-Refusal(who='joe', why="has no part 'right leg/toot';
-        the nearest known route is 'torso/right leg/lower leg/foot'")
+``docs/actors.md`` has an example.
 """
 
 import math

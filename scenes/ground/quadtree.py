@@ -8,11 +8,7 @@ neighbours differ too much the coarser patch is split (restricted quadtrees: Von
 **Limits.** For a tile of spacing s, where the eye sees ground of mean inclination t
 (``seen_tilt``):
 
-    P  √(s·(h + (2/π)²·t·s)), the root of the cross-section, as the eye sees it, of a bump that
-       this spacing adds: half a wave wide, which is s, and so tall as it is high, h (the RMS of
-       its octave, or of ridged relief the height of its crests), and as the ground that it shades
-       shows its face, t·s. Its shade is that of half a wave in both directions, whose mean is
-       (2/π)² of its greatest
+    P  √(s·(h + (2/π)²·t·s)), h the RMS of its octave, or of ridged relief the height of its crests
     R  the height that the still shorter octaves, left to the tile's own parts, rarely exceed
 
 ``docs/ground.md`` says why. R is no hard bound: all crests of all octaves in one place would make

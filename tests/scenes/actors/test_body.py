@@ -218,7 +218,7 @@ def test_who_has_left_answers_nothing_of_its_limbs():
     assert joe.receive(ask("head", "position")) == Refusal("joe", "has left")
 
 
-@pytest.mark.parametrize("module", ["behaviour", "body", "say"])
+@pytest.mark.parametrize("module", ["behaviour", "say"])
 def test_the_examples_in_the_docstrings_run(module):
     outcome = doctest.testmod(importlib.import_module(f"scenes.actors.{module}"))
     assert outcome.attempted > 0
