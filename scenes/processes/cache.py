@@ -322,7 +322,7 @@ def rounded_key(*values: Any) -> str:
     the rounding lie beside numbers of few decimals, which a last bit would carry over them. Of
     dataclasses the values alone count.
     """
-    return _digest_of(_pieces(values, rounded=True))
+    return _digest_of(_pieces((values,), rounded=True))
 
 
 def _pieces(value: Any, rounded: bool = False) -> Iterator[bytes]:
