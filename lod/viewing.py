@@ -51,7 +51,7 @@ From d* on the limit D = W⁻¹(D_c) is the larger root of a quadratic equation.
 """
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
@@ -76,14 +76,6 @@ class BlurWidths:
     eye: float = 0.0
     atmosphere: float = 0.0
     motion: float = 0.0
-
-    def __post_init__(self) -> None:
-        for field in fields(self):
-            value = getattr(self, field.name)
-            if not (math.isfinite(value) and value >= 0):
-                raise InputError(f"width.{field.name}", value, "finite and at least 0 rad")
-        if self.pixel == 0:
-            raise InputError("width.pixel", self.pixel, "above 0 rad: a camera has pixels")
 
     @property
     def effective(self) -> float:
