@@ -7,15 +7,12 @@ stands", Agricultural Meteorology 8; of whole crowns Li & Strahler 1985, "Geomet
 modeling of a conifer forest canopy", IEEE Trans. Geoscience and Remote Sensing 23). The rest meets
 objects, of each kind in proportion to its K·A.
 
-Plants as a turbid medium: the optical depth of what stands on the ground, by height.
-
-Objects stand at random (Poisson), K of them to the square metre. A line at height z meets K·w(z) of
-them a metre, w being the mean width of an object there, seen from the side; so of lines at the
-elevation e exp(−K·ΔA/sin e) pass a layer in which each has the outline ΔA. This is Beer's law in a
-stand of plants (Monsi & Saeki, "Über den Lichtfaktor in den Pflanzengesellschaften", Japanese
-Journal of Botany 14, 1953; Nilson 1971, as in ``lod.canopy``). Plants scatter a
-share of the light, alike to all sides (isotropic leaf scattering: Ross, "The Radiation Regime
-and Architecture of Plant Stands", 1981).
+Plants as a turbid medium: a line at height z meets K·w(z) of the same objects a metre, w being the
+mean width of an object there, seen from the side; so of lines at the elevation e exp(−K·ΔA/sin e)
+pass a layer in which each has the outline ΔA. This is Beer's law in a stand of plants (Monsi &
+Saeki, "Über den Lichtfaktor in den Pflanzengesellschaften", Japanese Journal of Botany 14, 1953).
+Plants scatter a share of the light, alike to all sides (isotropic leaf scattering: Ross, "The
+Radiation Regime and Architecture of Plant Stands", 1981).
 """
 
 from dataclasses import dataclass

@@ -72,13 +72,6 @@ class Display:
     luminance: float = 100.0
     field_deg: float = 53.0
 
-    def __post_init__(self) -> None:
-        _positive("display.pixels_per_degree", self.pixels_per_degree, "try 67")
-        _positive("display.luminance", self.luminance, "try 100")
-        _positive("display.field", self.field_deg, "try 53")
-        if self.field_deg > 180:
-            raise InputError("display.field", self.field_deg, "at most 180 degrees", "try 53")
-
     @property
     def pixel_angle(self) -> float:
         """Return the angle of one pixel at the viewer's eye [rad]."""
@@ -101,16 +94,6 @@ class Eye:
     signal_to_noise: float = 3.0
     integration_s: float = 0.1
     efficiency: float = 0.03
-
-    def __post_init__(self) -> None:
-        _positive("eye.blur", self.blur_arcmin, "try 0.5")
-        if not (math.isfinite(self.aberration_arcmin) and self.aberration_arcmin >= 0):
-            raise InputError("eye.aberration", self.aberration_arcmin, "finite, >= 0", "try 0.08")
-        _positive("eye.signal_to_noise", self.signal_to_noise, "try 3")
-        _positive("eye.integration", self.integration_s, "try 0.1")
-        _positive("eye.efficiency", self.efficiency, "try 0.03")
-        if self.efficiency > 1:
-            raise InputError("eye.efficiency", self.efficiency, "a share, at most 1", "try 0.03")
 
 
 def optical_sigma(display: Display, eye: Eye) -> float:
@@ -157,11 +140,6 @@ def envelope(value: Reals) -> Reals:
     there.
     """
     return np.maximum.accumulate(value[::-1])[::-1]
-
-
-def _positive(where: str, value: float, cure: str) -> None:
-    if not (math.isfinite(value) and value > 0):
-        raise InputError(where, value, "finite and above 0", cure)
 
 
 CONTRAST_CLASSES = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, math.inf)

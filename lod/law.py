@@ -278,7 +278,13 @@ def count_moments(
     finite world.
     """
     kinds, levels = len(hierarchies), 1 + max(int(h.level.max()) for h in hierarchies)
-    frustum = _frustum(view)
+    camera, planes = view.camera, []  # inward unit normals of the pyramid's
+    if not view.look_around:
+        planes.append(camera.forward)
+        for axis, tangent in zip((camera.right, camera.up), camera.tan_half, strict=True):
+            for sign in (1.0, -1.0):
+                planes.append((camera.forward * tangent + sign * axis) / math.hypot(1.0, tangent))
+    frustum = camera.eye, np.array(planes).reshape(-1, 3), view.look_around
 
     def integral(kind: int) -> tuple[np.ndarray, np.ndarray]:
         rows = slice(kind, None, kinds)
@@ -319,20 +325,6 @@ class _FallingLimits(NamedTuple):
         until = np.zeros((len(row) + 1, levels), np.int64)
         np.cumsum(level[row, None] == np.arange(levels), axis=0, out=until[1:])
         return _FallingLimits(limit[row], row, until)
-
-
-def _frustum(view: View) -> tuple[np.ndarray, np.ndarray, bool]:
-    """The eye, the inward unit normals of the pyramid's planes, (5, 3), and whether to look
-    around.
-    """
-    camera = view.camera
-    if view.look_around:
-        return camera.eye, np.zeros((0, 3)), True
-    planes = [camera.forward]
-    for axis, tangent in zip((camera.right, camera.up), camera.tan_half, strict=True):
-        for sign in (1.0, -1.0):
-            planes.append((camera.forward * tangent + sign * axis) / math.hypot(1.0, tangent))
-    return camera.eye, np.array(planes), False
 
 
 @njit(cache=True, nogil=True)

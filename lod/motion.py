@@ -1,20 +1,16 @@
 """What motion hides: the blur of an open shutter, and the detail that it leaves (§5.2, §2.1).
 
-The paper leaves the metric of motion to the future; its own argument joins it to the spatial one.
-Variances of successive blurs add (Bracewell, ch. 8). What passes by an angle L while the shutter is
-open is convolved with a box of that full width, along its path alone, and a part of size s and
-contrast C is then spread over √(s² + θ²) across it and √(s² + θ² + L²) along, θ that of all other
-blurs. Its contrast falls by so much and its area grows by so much; what counts is the square of the
-contrast over the area, the error that leaving it out makes (Parseval: its energy, in frequencies):
+The paper leaves the metric of motion to the future; its own argument joins it to the spatial one
+(``docs/method.md`` derives it): of what passes by an angle L while the shutter is open m grows by
+the factor g of
 
-    E = C²s⁴/(√(s² + θ²)·√(s² + θ² + L²)),    m grows by the g of E(g·θ, L) = E(θ, 0) = C²θ²/2,
-    L²/θ² = 4g⁸/(g² + 1) − (g² + 1),          which is g = (L/2θ)^⅓ where L is long.
+    L²/θ² = 4g⁸/(g² + 1) − (g² + 1),          which is g = (L/2θ)^⅓ where L is long,
 
-A part as large as its blurred area √(θ·√(θ² + L²)) is too much to leave out: g = (L/θ)^½ makes an
-error that grows with L, because a part of that size has lost contrast and not its area (the
-experiment ``motion`` has its planted cut about there). Even parts are meant: a pole along the pan
-keeps more of its contrast, one across it less.
-The growth g of m is measured on a scale with STEPS_PER_OCTAVE steps to each octave.
+θ that of all other blurs. A part as large as its blurred area √(θ·√(θ² + L²)) is too much to leave
+out: g = (L/θ)^½ makes an error that grows with L, because a part of that size has lost contrast and
+not its area (the experiment ``motion`` has its planted cut about there). Even parts are meant: a
+pole along the pan keeps more of its contrast, one across it less. The growth g of m is measured on
+a scale with STEPS_PER_OCTAVE steps to each octave.
 
 A camera can stop between two frames, and all that its motion hid would come at once. So what is
 hidden eases: from one frame to the next the scale goes by EASE_PER_FRAME at most,

@@ -1,15 +1,10 @@
 """How much does what a frame displays vary, where objects stand in clusters or keep apart? (§4.1)
 
-The law's mean asks for no more than the density K of a stationary field. Its variance asks for the
-pair correlation g(r), too: the density of pairs that are r apart ÷ that of a Poisson field. With
-n(x) parts displayed of an object at x from the eye, a frame's number N of parts has
-
-    var N = K∫E[n²] dx + K²∫(g(r) − 1)·C(r)·2πr dr,    C(r) = ∫E[n(x)]·E[n(x + r)] dx
-
-(Campbell's theorem of second order: Illian, Penttinen, Stoyan & Stoyan, "Statistical Analysis and
-Modelling of Spatial Point Patterns", 2008, §4.3). A part is displayed within a disc about the eye,
-so that C is a sum of lenses that two discs share. How N is distributed does not follow from g. It
-is taken for a gamma variable, which cannot be negative, and is the skewer the wider it is.
+``docs/method.md`` derives the variance of a frame's number N of parts from the pair correlation
+g(r) of a stationary field (Campbell's theorem of second order: Illian, Penttinen, Stoyan & Stoyan,
+"Statistical Analysis and Modelling of Spatial Point Patterns", 2008, §4.3). How N is distributed
+does not follow from g. It is taken for a gamma variable, which cannot be negative, and is the
+skewer the wider it is.
 """
 
 import math

@@ -135,7 +135,12 @@ def radiance(
     half, up = RINGS // 2, _up()[RINGS // 2 :]
     steps = slab.extinction_depth[:, None, None] / up[:, None, None]
     through, share = np.exp(-steps), mean_path_fraction(steps)
-    low, high = _step_sources(slab, source, plant_source)
+    # Source functions of air and plants together at the lower and upper end of each step.
+    extinct, nothing = slab.extinction_depth, np.ones_like(slab.depth)
+    air = np.divide(slab.depth, extinct, out=nothing, where=extinct > 0)[:, None, None]
+    plants = plant_source[:, None, None]
+    low = air * source[:-1] + (1 - air) * plants[:-1]
+    high = air * source[1:] + (1 - air) * plants[1:]
     light = np.empty_like(source)
     light[-1, half:] = slab.sky
     for k in range(len(slab.depth) - 1, -1, -1):
@@ -147,18 +152,6 @@ def radiance(
         own = high[k, :half] * (1 - share[k]) + low[k, :half] * share[k]
         light[k + 1, :half] = light[k, :half] * through[k] + own * (1 - through[k])
     return light
-
-
-def _step_sources(
-    slab: SlabInputs, source: np.ndarray, plant_source: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Source functions of air and plants together at the lower and upper end of each step."""
-    nothing = np.ones_like(slab.depth)
-    air = np.divide(
-        slab.depth, slab.extinction_depth, out=nothing, where=slab.extinction_depth > 0
-    )[:, None, None]
-    there = plant_source[:, None, None]
-    return air * source[:-1] + (1 - air) * there[:-1], air * source[1:] + (1 - air) * there[1:]
 
 
 def irradiance(slab: SlabInputs, down: Field) -> Reals:

@@ -2,13 +2,9 @@
 
 The paper's temporal priority, left to the future in §5.2, taken literally: that of a part is the
 farthest that an end of any of its sticks is, seen from the eye, from where it was last drawn, in
-pixels. It is measured between two places in world space from one eye, so that the camera's own
-motion never counts, nor its end. A part past the threshold is drawn again and the others are kept:
-no part is ever shown farther from its place than the threshold says. Where there is only time for
-some, the most urgent go first, and the rest are as far off as they are.
-
-A frame's state follows from its number alone, by replaying the WINDOW of frames in which every part
-has had its turn: frames may be rendered in any order, on any machine.
+pixels. ``docs/method.md`` says what that enforces: no part is ever shown farther from its place
+than the threshold says, and a frame's state follows from its number alone, by replaying the WINDOW
+of frames in which every part has had its turn.
 """
 
 import math

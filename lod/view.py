@@ -46,12 +46,6 @@ class View:
     sun: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
-        if not (math.isfinite(self.detail) and self.detail > 0):
-            raise InputError("detail", self.detail, "a threshold above 0 px", "try 1.0")
-        if not 0 < self.offscreen_detail <= 1:
-            raise InputError("offscreen_detail", self.offscreen_detail, "above 0, at most 1")
-        if not 0 <= self.fade < 1:
-            raise InputError("fade", self.fade, "at least 0, below 1", "try 0.2")
         if self.look_around and self.metric.along_axis:
             raise InputError("metric", self.metric.name, "needs a view axis, not a full turn")
         pixel = self.camera.pixel_angle if self.conditions is None else self.conditions.widths.pixel

@@ -7,19 +7,12 @@ D = W⁻¹(D in clear air with an ideal eye).
 **Blur adds in quadrature.** The variance of a convolution is the sum of the variances (Bracewell,
 "The Fourier Transform and Its Applications", ch. 8), so θ_eff² = θ_pixel² + θ_eye² +
 θ_atmosphere² + θ_motion² where each θ is a full width √12·σ: that of the box with the same
-variance, so a box pixel has its own width. In quadrature nothing has to be Gaussian; as a transfer
-function each blur is taken for the Gaussian of its variance.
+variance, so a box pixel has its own width. As a transfer function each blur is taken for the
+Gaussian of its variance.
 
-**The weighted distance.** A part whose limit distance in clear air is D_c has, at the metric's
-limit, a size s = m·D_c. At distance d it is an angle s/d at the camera, on the display a
-half-period of frequency f = 1/(2·angle), and the air has left it a contrast C₀·exp(−βd)
-(Koschmieder, 1924). Pixel, seeing and motion leave of that the share M(f) (``gaussian_transfer``);
-the eye's own blur is inside its sensitivity S(f), and would count twice in M. It is seen while
-C₀·exp(−βd)·M(f)·S(f) > 1. Let E be the decreasing envelope of M·S, and f_s(d) the highest frequency
-f that still has C₀·exp(−βd)·E(f) ≥ 1. Then the part is displayed while its angle exceeds m (the
-metric) *and* that of f_s (what the viewer resolves):
-
-    s/d > m·max(1, f_m/f_s(d)),    f_m the frequency of the angle m,    so    D_c > W(d),
+**The weighted distance** is derived in ``docs/method.md`` ("Air and eye"): the eye's own blur is
+inside its sensitivity S(f), and would count twice in M. With E the decreasing envelope of M·S, f_m
+the frequency of the angle m, and f_s(d) the highest frequency with C₀·exp(−βd)·E(f) ≥ 1,
 
     W(d) = d·max(1, f_m/f_s(d)),    and D = W⁻¹(D_c), because W increases.
 
@@ -58,7 +51,7 @@ From d* on the limit D = W⁻¹(D_c) is the larger root of a quadratic equation.
 """
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
@@ -83,14 +76,6 @@ class BlurWidths:
     eye: float = 0.0
     atmosphere: float = 0.0
     motion: float = 0.0
-
-    def __post_init__(self) -> None:
-        for field in fields(self):
-            value = getattr(self, field.name)
-            if not (math.isfinite(value) and value >= 0):
-                raise InputError(f"width.{field.name}", value, "finite and at least 0 rad")
-        if self.pixel == 0:
-            raise InputError("width.pixel", self.pixel, "above 0 rad: a camera has pixels")
 
     @property
     def effective(self) -> float:
@@ -272,10 +257,6 @@ class Defocus:
     lens: ThinLens
     corner: float = 1.0
 
-    def __post_init__(self) -> None:
-        if not (math.isfinite(self.corner) and self.corner >= 1):
-            raise InputError("corner", self.corner, "1/cos of an angle: finite and at least 1")
-
     @property
     def vergence(self) -> float:
         """Return p = 1/s [1/m]; 0 where the focus is at infinity."""
@@ -343,10 +324,6 @@ class ViewingConditions:
     eye: Eye = STANDARD_EYE
     acuity: bool = True
     defocus: Defocus | None = None
-
-    def __post_init__(self) -> None:
-        if not (math.isfinite(self.extinction) and self.extinction >= 0):
-            raise InputError("extinction", self.extinction, "finite and at least 0 /m")
 
     def weighted(self, contrast: float, m: float) -> WeightedDistance:
         """Give W for parts of inherent contrast C₀ at detail angle m [rad]."""

@@ -262,13 +262,7 @@ def _octave_share(side: float, shortest: float) -> float:
 
 
 @njit(cache=True)
-def height_slack(
-    radius: np.ndarray,
-    shortest: np.ndarray,
-    sides: np.ndarray,
-    highest: np.ndarray,
-    steepest: np.ndarray,
-) -> np.ndarray:
+def height_slack(radius, shortest, sides, highest, steepest):  # type: ignore[no-untyped-def]
     """Bound on how far the full sum in a circle is from the faded sum at its middle, (n,) [m].
 
     What counts of an octave changes by at most its steepest slope × radius; the rest of it is

@@ -1,36 +1,10 @@
 """The stick: the usual appearance of an actor (§2.3, §3.1.1).
 
-Actors: objects with a place, an appearance and parts; the classes of figure 3 (§3.1.1).
-
-    ObjectWithParts ── PositionableObject ─┬─ CameraBody (scenes/actors/body.py)
-                                           └─ Actor ─┬─ SimpleActor    a part that has none
-                                                     ├─ CompoundActor  assembled from a table
-                                                     └─ the parts of a figure, a class each
-
-Figure 4: joe's right foot is asked for its orientation, and then to replace it by the same, turned
-by 40° about a vector along y.
-
->>> from lod.actors.message import ask, change
->>> from lod.actors.quaternion import NORTH, rotation
->>> class LowerLeg(Actor):
-...     part_types = {"foot": SimpleActor}
->>> class Leg(Actor):
-...     part_types = {"lower leg": LowerLeg}
->>> class Person(Actor):
-...     part_types = {"left leg": Leg, "right leg": Leg}
->>> joe = Person(name="joe")
->>> right_foot = "right leg/lower leg/foot"
->>> orientation = joe.receive(ask(right_foot, "orientation")).value
->>> joe.receive(change(right_foot, "orient", orientation * rotation(NORTH, 40)))
-Answer(value=None)
->>> joe.receive(ask(right_foot, "orientation")).value
-0.34202j+0.939693
->>> joe.receive(ask("right leg/foot", "orientation"))  # doctest: +NORMALIZE_WHITESPACE
-Refusal(who='joe/right leg',
-        why="has no part 'foot'; the nearest known route is 'right leg/lower leg/foot'")
+Actors: objects with a place, an appearance and parts. ``docs/actors.md`` draws these classes, and
+sends the message of figure 4.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 from lod.actors.joint import IDENTITY_JOINT, RevoluteJoint
@@ -44,13 +18,6 @@ from lod.actors.quaternion import (
     rotation,
 )
 from lod.errors import InputError
-
-Test = Callable[[Route, Vector], bool]
-
-
-def always(route: Route, position: Vector) -> bool:
-    """Display every part: the test that all parts pass."""
-    return True
 
 
 class PositionableObject(ObjectWithParts, abstract=True):
@@ -129,69 +96,33 @@ class PositionableObject(ObjectWithParts, abstract=True):
             found += [((name, *route), self._joint.compose(frame)) for route, frame in below]
         return tuple(found)
 
-    @query
-    def displayed_appearances(
-        self, whole: RevoluteJoint = IDENTITY_JOINT, displayed: Test = always
-    ) -> tuple[tuple[Route, RevoluteJoint, Any], ...] | None:
-        """Return what every displayed part from here down looks like: its route, frame and look.
-
-        whole      frame of the whole, in the frame that the answers are wanted in
-        displayed  test of a part's route and origin; below one that fails, nothing is asked (§2.4)
-
-        It is None where this object fails that test itself.
-        """
-        frame = whole.compose(self._joint)
-        if not displayed(self._route, frame.position):
-            return None
-        below = [
-            self._ask_part(ask((name,), "displayed_appearances", frame, displayed))
-            for name in self.part_names()
-        ]
-        there = [looks for looks in below if looks is not None]
-        own = self._current_appearance(is_leaf=not there)
-        return ((self._route, frame, own), *sum(there, ()))
-
-    def _current_appearance(self, is_leaf: bool) -> Any:
-        return None
-
 
 class Actor(PositionableObject, abstract=True):
     """A positionable object that can be seen: it has an appearance slot; abstract (§3.1.1).
 
-    Any value may fill the slot: what it means is a matter of whoever draws it. Its two appearances
-    are the inner one and the leaf appearance, which stands for parts too small to be displayed; by
-    default they are the same (§2.4).
+    Any value may fill the slot: what it means is a matter of whoever draws it.
     """
 
     def __init__(
         self,
         parts: Mapping[str, ObjectWithParts] | None = None,
         joint: RevoluteJoint = IDENTITY_JOINT,
-        inner: Any = None,
-        leaf: Any = None,
+        appearance: Any = None,
         part_types: Mapping[str, type[ObjectWithParts]] | None = None,
         name: str | None = None,
     ) -> None:
         super().__init__(parts, joint, part_types, name)
-        self._inner, self._leaf = inner, inner if leaf is None else leaf
+        self._appearance = appearance
 
     @query
     def appearance(self) -> Any:
-        """Return the appearance as an inner node, in the actor's own frame."""
-        return self._inner
-
-    @query
-    def leaf_appearance(self) -> Any:
-        """Return the appearance while none of the actor's parts is displayed (§2.4)."""
-        return self._leaf
+        """Return the appearance, in the actor's own frame."""
+        return self._appearance
 
     @mutator
-    def set_appearance(self, inner: Any, leaf: Any = None) -> None:
-        """Replace both appearances; the leaf appearance is the inner one if none is given."""
-        self._inner, self._leaf = inner, inner if leaf is None else leaf
-
-    def _current_appearance(self, is_leaf: bool) -> Any:
-        return self._leaf if is_leaf else self._inner
+    def set_appearance(self, appearance: Any) -> None:
+        """Replace the appearance."""
+        self._appearance = appearance
 
 
 class SimpleActor(Actor):
@@ -206,10 +137,10 @@ class SimpleActor(Actor):
     def __init__(
         self,
         joint: RevoluteJoint = IDENTITY_JOINT,
-        inner: Any = None,
+        appearance: Any = None,
         name: str | None = None,
     ) -> None:
-        super().__init__(joint=joint, inner=inner, name=name)
+        super().__init__(joint=joint, appearance=appearance, name=name)
 
 
 class CompoundActor(Actor):
@@ -219,9 +150,8 @@ class CompoundActor(Actor):
         self,
         parts: Mapping[str, ObjectWithParts],
         joint: RevoluteJoint = IDENTITY_JOINT,
-        inner: Any = None,
-        leaf: Any = None,
+        appearance: Any = None,
         name: str | None = None,
     ) -> None:
         types = {part_name: type(part) for part_name, part in parts.items()}
-        super().__init__(parts, joint, inner, leaf, types, name)
+        super().__init__(parts, joint, appearance, types, name)

@@ -62,11 +62,6 @@ def pure_quaternion(values: VectorLike) -> Quaternion:
     return Quaternion(*vector(values), 0.0)
 
 
-def vector_part(q: Quaternion) -> Vector:
-    """Return the vector part of a quaternion."""
-    return q.x, q.y, q.z
-
-
 def unit(q: Quaternion) -> Quaternion:
     """Scale ``q`` to length 1; return it unchanged where its length is 1 to rounding.
 
@@ -100,7 +95,8 @@ def rotation(axis: VectorLike, angle_deg: float) -> Quaternion:
 
 def rotate(q: Quaternion, values: VectorLike) -> Vector:
     """Rotate a vector by ``q``: q·v·q⁻¹, which keeps its length whatever the length of q."""
-    return vector_part(q * pure_quaternion(values) / q)
+    turned = q * pure_quaternion(values) / q
+    return turned.x, turned.y, turned.z
 
 
 def angles_of(q: Quaternion) -> Vector:

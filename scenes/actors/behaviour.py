@@ -9,13 +9,10 @@ A yield gives the value of the answer, and raises ``Refused`` there where the me
 generator that ends leaves its actor as it is.
 """
 
-import contextlib
 import hashlib
-import signal
-import threading
-from collections.abc import Callable, Generator, Iterator, Mapping
+from collections.abc import Callable, Generator, Mapping
 from dataclasses import dataclass, field
-from types import FrameType, GeneratorType
+from types import GeneratorType
 from typing import Any
 
 import numpy as np
@@ -25,40 +22,8 @@ from lod.actors.object_with_parts import ObjectWithParts
 from lod.errors import InputError
 from scenes.processes.signals import came_from_outside
 
-
-class TimeLimitError(BaseException):
-    """The time is up; no ``except Exception`` catches it."""
-
-
-@contextlib.contextmanager
-def time_limit(seconds: float) -> Iterator[None]:
-    """Raise TimeLimitError within, once it has taken so many seconds of processor time.
-
-    It works by an alarm, which only the main thread gets; within another limit and in other threads
-    nothing is done. A machine that sleeps, or is busy with something else, uses up nothing of it.
-    """
-    in_main_thread = threading.current_thread() is threading.main_thread()
-    if not in_main_thread or signal.getitimer(signal.ITIMER_PROF)[0] > 0:
-        yield
-        return
-
-    def time_is_up(number: int, frame: FrameType | None) -> None:
-        raise TimeLimitError
-
-    before = signal.signal(signal.SIGPROF, time_is_up)
-    signal.setitimer(signal.ITIMER_PROF, seconds, 1.0)
-    try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_PROF, 0.0)
-        signal.signal(signal.SIGPROF, before)
-
-
 MOST_MESSAGES = 2000
 """Messages that a behaviour may send at one update."""
-
-LONGEST_S = 10.0
-"""Processor time that one update of a behaviour may take [s]."""
 
 Attend = Callable[[str], object]
 Acts = Generator[Message | None, Any, None]
@@ -123,13 +88,9 @@ class Process:
             return
         self._busy = True
         try:
-            with time_limit(LONGEST_S):
-                self._run(stage, now_s, attend)
+            self._run(stage, now_s, attend)
         except StopIteration:
             self.ended = True
-        except TimeLimitError:
-            rule = f"an update takes {LONGEST_S:g} s of processor time at most"
-            raise InputError(self.where, "does not come to a yield", rule, "yield in it") from None
         except InputError:
             raise
         except Refused as refused:

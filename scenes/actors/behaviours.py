@@ -19,7 +19,6 @@ import numpy as np
 
 from lod.actors.message import Message, ask, change
 from lod.actors.quaternion import Vector
-from lod.arrays import frozen
 from lod.errors import InputError
 from lod.kernels import njit
 from scenes.actors.behaviour import Acts, Behaviour, Me
@@ -29,14 +28,8 @@ from scenes.plugins import BEHAVIOUR, distribution, installed, load_entry
 _PARALLEL = 1e-9
 
 
-def orca_velocity(
-    own: tuple[float, float, float, float],
-    wanted: tuple[float, float],
-    others: np.ndarray,
-    horizon_s: float,
-    step_s: float,
-    fastest: float,
-) -> tuple[float, float]:
+@njit(cache=True)
+def orca_velocity(own, wanted, others, horizon_s, step_s, fastest):  # type: ignore[no-untyped-def]
     """Compute the velocity to take [m/s].
 
     own      place and velocity; wanted: velocity that it would take by itself
@@ -44,12 +37,6 @@ def orca_velocity(
     horizon_s  time for which it keeps clear; step_s: time to get clear of whom it overlaps
     fastest  greatest speed
     """
-    table = frozen(np.asarray(others, np.float64).reshape(-1, 5), np.float64)
-    return _velocity(own, wanted, table, horizon_s, step_s, fastest)
-
-
-@njit(cache=True)
-def _velocity(own, wanted, others, horizon, step, fastest):  # type: ignore[no-untyped-def]
     x, y, vx, vy = own
     wx, wy = wanted
     n = len(others)
@@ -57,7 +44,7 @@ def _velocity(own, wanted, others, horizon, step, fastest):  # type: ignore[no-u
     for k in range(n):
         px, py = others[k, 0] - x, others[k, 1] - y
         ux, uy, dx, dy = _half_plane(
-            px, py, vx - others[k, 2], vy - others[k, 3], others[k, 4], horizon, step
+            px, py, vx - others[k, 2], vy - others[k, 3], others[k, 4], horizon_s, step_s
         )
         lines[k, 0], lines[k, 1] = vx + 0.5 * ux, vy + 0.5 * uy
         lines[k, 2], lines[k, 3] = dx, dy
@@ -395,9 +382,6 @@ BEHAVIOURS: dict[str, Behaviour] = {
 def behaviour_by_name(name: str, where: str) -> Behaviour:
     """Find a behaviour. Raises InputError for a name that none has."""
     if name in BEHAVIOURS:
-        if BEHAVIOURS[name] in (walk, follow, flee, herd):
-            # Compiled now, and not within the time that an update may take.
-            orca_velocity((0.0, 0.0, 0.0, 0.0), (0.0, 0.0), np.zeros((0, 5)), 1.0, 1.0, 1.0)
         return BEHAVIOURS[name]
     if name not in installed(BEHAVIOUR):
         rule = f"one of {', '.join((*BEHAVIOURS, *installed(BEHAVIOUR)))}"

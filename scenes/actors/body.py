@@ -7,19 +7,7 @@ follow its walk until a message turns one; what a message turned is *held* until
 Its place counts from the plane's origin, x east and y north, and from the ground below it. Limbs
 answer for level ground; on slopes the pruner plants the feet (``scenes.rig.foot_placement``).
 
->>> from lod.actors.message import change
->>> from lod.actors.quaternion import NORTH
->>> from scenes.figures.person import people_at_rest
->>> joe = Body("joe", people_at_rest(0, 1)[0])
->>> right_foot = "right leg/lower leg/foot"
->>> orientation = joe.receive(ask(right_foot, "orientation")).value
->>> joe.receive(change(right_foot, "orient", orientation * rotation(NORTH, 40)))
-Answer(value=None)
->>> joe.receive(ask(right_foot, "held")).value[0][0]
-()
->>> joe.receive(ask("right leg/toot", "held"))  # doctest: +NORMALIZE_WHITESPACE
-Refusal(who='joe', why="has no part 'right leg/toot';
-        the nearest known route is 'torso/right leg/lower leg/foot'")
+``docs/actors.md`` has an example.
 """
 
 import math
@@ -118,7 +106,7 @@ class Body(Limb):
         """Build the body at rest at a place [m]; its heading is clockwise from north [degrees]."""
         self._tree = limb_tree(prototype)
         here = RevoluteJoint((*position, 0.0), rotation(UP, 90.0 - heading_deg))
-        super().__init__(build_limbs(prototype, self._tree), here, self._tree.row, name=name)
+        super().__init__(build_limbs(prototype, self._tree), here, name=name)
         self._prototype, self._rows = prototype, limb_routes(self._tree)
         self._reach = reach_in_plan(prototype)
         self._time, self._phase, self._speed, self._spin = 0.0, 0.0, 0.0, 0.0

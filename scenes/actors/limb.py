@@ -108,14 +108,14 @@ def limb_routes(tree: LimbTree, so_far: Route = ()) -> dict[Route, int]:
 
 
 def build_limbs(prototype: RiggedPrototype, tree: LimbTree) -> dict[str, Limb]:
-    """Build the limbs of a body at rest, by name; each wears its joint's row in the rig."""
+    """Build the limbs of a body at rest, by name."""
     rig = prototype.rig
 
     def built(below: LimbTree) -> Limb:
         j = below.row
         limits = JointLimits(rig.low[j].tolist(), rig.high[j].tolist())
         here = RevoluteJoint(rig.offset[j].tolist(), rig.rest[j].tolist(), limits)
-        return Limb({name: built(each) for name, each in below.limbs}, here, j)
+        return Limb({name: built(each) for name, each in below.limbs}, here)
 
     return {name: built(below) for name, below in tree.limbs}
 

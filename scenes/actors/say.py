@@ -118,7 +118,14 @@ def cue(line: Line) -> Acts:
     if words.action in ("orient", "turn"):
         yield from _turned(line, now)
     elif words.action == "go":
-        yield from _going(words)
+        message = words.message(changes=True)
+        wanted, reached = float(message.action.arguments[0]), False
+        while not reached:
+            yield message
+            course = yield ask(words.who, "course")
+            reached = abs(float((course.vx**2 + course.vy**2) ** 0.5) - wanted) < 1e-9
+            if not reached:
+                yield None
     elif line.over:
         raise Refused("/".join(route), f"{words.action} takes no time: only orient and turn do")
     else:
@@ -139,17 +146,6 @@ def _turned(line: Line, now: float) -> Acts:
             now = yield None
 
 
-def _going(words: Words) -> Acts:
-    message = words.message(changes=True)
-    wanted = float(message.action.arguments[0])
-    while True:
-        yield message
-        course = yield ask(words.who, "course")
-        if abs(float((course.vx**2 + course.vy**2) ** 0.5) - wanted) < 1e-9:
-            return
-        yield None
-
-
 def _argument(word: str, where: str) -> str | float:
     if word in _AXES:
         return word
@@ -163,7 +159,13 @@ def _arguments(words: Words) -> tuple[Any, ...]:
     """Give what the action takes: an axis is a vector, and so are the numbers of place and bend."""
     given = words.arguments
     if words.action in ("orient", "turn"):
-        return _axis_and_angle(words)
+        match given:
+            case (str() as axis, float() as angle):
+                return _AXES[axis], angle
+            case (float() as x, float() as y, float() as z, float() as angle):
+                return (x, y, z), angle
+        rule = "an axis and an angle: x, y, z or three numbers, then degrees"
+        raise InputError(words.action, " ".join(map(str, given)), rule, "try y 40deg")
     if any(isinstance(each, str) for each in given):
         raise InputError(words.action, " ".join(map(str, given)), "numbers, no axis")
     if words.action == "place":
@@ -171,13 +173,3 @@ def _arguments(words: Words) -> tuple[Any, ...]:
             raise InputError("place", given, "two numbers: x and y [m]")
         return ((*given, 0.0)[:3],)
     return (given,) if words.action == "bend" else given
-
-
-def _axis_and_angle(words: Words) -> tuple[Vector, float]:
-    match words.arguments:
-        case (str() as axis, float() as angle):
-            return _AXES[axis], angle
-        case (float() as x, float() as y, float() as z, float() as angle):
-            return (x, y, z), angle
-    rule = "an axis and an angle: x, y, z or three numbers, then degrees"
-    raise InputError(words.action, " ".join(map(str, words.arguments)), rule, "try y 40deg")

@@ -1,26 +1,16 @@
 """Fit of leaf appearances to what they hide: silhouette, gaps and colour, for any part hierarchy.
 
-Level by level, every part that owns parts gets a few blobs, as thick as makes them cover on average
-what they hide. Of its own sticks those stay that are mostly seen, such as the clear trunk of a
-tree. Then all blobs of a level are made thicker or thinner, by one factor for each elevation of the
-eye, so that the object displayed down to that level covers from there what it does in full detail:
-neighbours overlap otherwise than what they stand for. Shapes that a model has chosen for its parts
-(``PartSticks.chosen``) are fitted from there on. Tints are chosen so that the mean albedo of all
-that is seen is the object's. How brightly they shine is another fit (``scenes.appearance.tone``).
+``docs/appearance.md`` has the procedure, step by step. Blobs are a stochastic simplification, after
+R. Cook, J. Halstead, M. Planck & D. Ryu, "Stochastic simplification of aggregate detail", SIGGRAPH
+2007: of many like elements few are kept, enlarged so that they cover the same area. Here the few
+are drawn evenly (a k-d tree), and each group becomes one stick along its longest spread. They stay
+apart, so that the crown keeps its gaps. A flat spray, as a conifer's boughs are, is halved across
+its width: sticks are round, and only several side by side cover much from above and little from the
+side.
 
-Blobs are a stochastic simplification, after R. Cook, J. Halstead, M. Planck & D. Ryu, "Stochastic
-simplification of aggregate detail", SIGGRAPH 2007: of many like elements few are kept, enlarged so
-that they cover the same area. Here the few are drawn evenly: what is hidden is halved by area again
-and again along its longest extent (a k-d tree), and each group becomes one stick along its longest
-spread, as thick as it must be. They stay apart, so that the crown keeps its gaps. A flat spray, as
-a conifer's boughs are, is halved across its width: sticks are round, and only several side by side
-cover much from above and little from the side.
-
-Overlap is how much of a leaf appearance and of the parts that it stands for lies in one another.
-While the parts of a level show half of themselves, as when they fade (``lod.crossfade``), the
-object is to cover what it does with all of them and with none, in the mean. The share s of the leaf
-appearance that makes it so, with the inner appearance whole, gives the overlap c of
-``lod.crossfade``: for a hidden share of a half s = ½/(1 − c/2), so that c = 2 − 1/s.
+The overlap c of ``lod.crossfade`` follows from the share s of the leaf appearance with which the
+object, while the parts of a level show half of themselves, covers what it does with all of them and
+with none, in the mean: for a hidden share of a half s = ½/(1 − c/2), so that c = 2 − 1/s.
 """
 
 from collections.abc import Sequence
@@ -143,7 +133,7 @@ def _fit(parts: PartSticks) -> FittedAppearances:
     full, seen = look_at(whole), np.zeros(len(parts.own))
     seen[parts.shows_sticks] = full.seen[: len(whole.sticks)]
     mostly = seen >= MOSTLY * np.maximum(mean_outline_areas(parts.own), 1e-12)
-    colour = full.mean_colour(whole, parts.palette)
+    colour = full.seen @ whole.albedos(parts.palette) / full.seen.sum()  # mean of what is seen
     levels = [_fit_level(parts, k, full, colour, mostly) for k in range(parts.finest)]
     ends = parts.own.only(~parts.owns)
     tables, rows = [ends], [np.full(len(ends), -1)]
@@ -195,7 +185,16 @@ def _fit_level(
         own = np.stack(sums, axis=1) / np.bincount(blob_of_stick, area, len(blobs))[:, None]
     share = _fit_area_share(blobs, kept, full)
     thick = with_area_share(blobs, share.max())
-    tint = _tints(thick, own, kept, full, colour, parts)
+    # Tints about the blobs' own albedos, so that all that is seen has the object's mean albedo.
+    palette, sticks = parts.palette, len(kept.sticks)
+    area = full.weight @ full.seen_areas(kept.with_sticks(thick))
+    is_blob = np.zeros(len(area), np.bool_)
+    is_blob[sticks : sticks + len(thick)] = True
+    of_kept, of_blobs = area[~is_blob], area[is_blob]
+    left = area.sum() * colour - of_kept @ kept.albedos(palette)
+    shift = (left - of_blobs @ own) / max(of_blobs.sum(), 1e-9)
+    wanted = np.clip(own + shift, 0, 1)
+    tint = error_diffusion(of_blobs, wanted, palette, np.unique(parts.own.tint))
     return LevelAppearance(wood, replace(thick, tint=tint), share / share.max())
 
 
@@ -245,29 +244,6 @@ def _fit_area_share(blobs: StickTable, kept: Shapes, full: CrownViews) -> Reals:
 
     found = map_chunks(lambda first, last: [at(e) for e in range(first, last)], len(full.covers), 1)
     return np.array([share for some in found for share in some])
-
-
-def _tints(
-    blobs: StickTable,
-    own: Points,
-    kept: Shapes,
-    full: CrownViews,
-    colour: Float64[np.ndarray, "3"],
-    parts: PartSticks,
-) -> Ints:
-    """Choose rows of the palette for blobs, about their own albedos (g, 3).
-
-    All that is seen has the object's mean albedo then.
-    """
-    palette, sticks = parts.palette, len(kept.sticks)
-    area = full.weight @ full.seen_areas(kept.with_sticks(blobs))
-    is_blob = np.zeros(len(area), np.bool_)
-    is_blob[sticks : sticks + len(blobs)] = True
-    of_kept, of_blobs = area[~is_blob], area[is_blob]
-    left = area.sum() * colour - of_kept @ kept.albedos(palette)
-    shift = (left - of_blobs @ own) / max(of_blobs.sum(), 1e-9)
-    wanted = np.clip(own + shift, 0, 1)
-    return error_diffusion(of_blobs, wanted, palette, np.unique(parts.own.tint))
 
 
 @dataclass(frozen=True, eq=False)

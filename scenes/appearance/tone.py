@@ -1,15 +1,9 @@
 """How brightly leaf appearances shine: the multiple of their albedo that what they hide asks for.
 
-Hidden parts shade one another, and a few smooth shapes do not. For every level of detail, elevation
-of the eye and azimuth between eye and sun the tone T is found with which the object, displayed down
-to that level, sends as much light as in full detail: Σ Lₛ·Tˢ = L, where Lₛ is the light of paths
-that meet s of the shapes. Light comes from sun and sky, among the object's parts and once by way of
-the ground. The object stands alone on level ground. All that is needed is geometry and albedo.
-
-Light is followed from far eyes back to sun and sky, along paths as of
-``scenes.ground.stand`` through a single object. Those that meet shapes which stand for
-hidden parts are kept apart by how often they do, so that the light for any albedo of these shapes
-is a polynomial in it.
+``docs/appearance.md`` has the procedure. Light is followed from far eyes back to sun and sky, along
+paths as of ``scenes.ground.stand``, through a single object on level ground. Paths that meet shapes
+which stand for hidden parts are kept apart by how often they do, so that the light for any albedo
+of these shapes is a polynomial in it.
 """
 
 import math

@@ -185,11 +185,6 @@ class CrownViews:
         areas = visible_areas(shown, self.toward[elevation], self.spacing)
         return float(areas.sum()) / AZIMUTHS
 
-    def mean_colour(self, whole: Shapes, palette: np.ndarray) -> Reals:
-        """Compute the mean albedo of what is seen of the whole object, (3,)."""
-        colour: Reals = self.seen @ whole.albedos(palette) / self.seen.sum()
-        return colour
-
 
 def look_at(whole: Shapes) -> CrownViews:
     """Look at an object in full detail."""

@@ -253,17 +253,12 @@ def _limits_at(
         still, bound = np.zeros(len(rows)), np.full(len(rows), radius)
         ends = points[rows], points[rows]
         motion_step = motion_steps(shutter, view.camera.corner, view.theta, *ends, bound, still)
-        limits[rows] = _limits_at_motion(view, trees, motion_step)
+        steps = np.arange(int(motion_step.max(initial=0.0)) + 2)
+        tables = [[float(view.limits(tree, int(step))[0][0]) for step in steps] for tree in trees]
+        columns = [np.interp(motion_step, steps, table) for table in tables]
+        limits[rows] = np.stack(columns, axis=1)
         rows = rows[d[rows] > (1 - view.fade) * limits[rows].min(axis=1)]
     return limits
-
-
-def _limits_at_motion(
-    view: View, trees: Sequence[Hierarchy], motion_step: Reals
-) -> Float64[np.ndarray, "n t"]:
-    steps = np.arange(int(motion_step.max(initial=0.0)) + 2)
-    tables = [[float(view.limits(tree, int(step))[0][0]) for step in steps] for tree in trees]
-    return np.stack([np.interp(motion_step, steps, table) for table in tables], axis=1)
 
 
 @dataclass(frozen=True, eq=False)

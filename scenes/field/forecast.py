@@ -11,7 +11,7 @@ import numpy as np
 
 from lod.law import spread_nodes
 from lod.view import View, compile_view
-from scenes.field.cells import SearchBounds, cell_in_reach, search_spans
+from scenes.field.cells import cell_in_reach, search_spans
 from scenes.field.emission import PLAIN
 from scenes.field.species_field import SpeciesField
 
@@ -47,7 +47,18 @@ def forecast_field(field: SpeciesField, view: View) -> FieldForecast:
     x0, x1, y0, y1 = search_spans(cells, view, bounds)
     origin = np.array([lattice.cell_x, lattice.cell_y]), np.array([lattice.rest_x, lattice.rest_y])
     low, high = ((np.array(n) - origin[0]) * side - origin[1] for n in ((x0, y0), (x1, y1)))
-    xy, area = _nodes(view, bounds, low, high, field.extent is not None)
+    eye, is_window = view.camera.eye[:2], field.extent is not None
+    farthest = min(bounds.horizontal, 1e15)  # cells there are as fine as their numbers can say
+    if is_window and ((eye < low) | (eye > high)).any():
+        # The eye is outside of the window: an even net over that.
+        sides = np.indices((32, 24)).reshape(2, -1).T + 0.5
+        size = np.maximum(high - low, 0.0)
+        xy, area = low + sides / (32, 24) * size, np.full(len(sides), size.prod() / len(sides))
+    else:
+        if is_window:
+            farthest = min(farthest, float(np.hypot(*np.maximum(eye - low, high - eye))))
+        net = spread_nodes(np.array([farthest]), view, _NODES, by_area=0.0)
+        xy, area = net.xy, net.area
     steps = np.floor((xy + origin[1]) / side)
     number = steps.astype(np.int64) + origin[0]
     middle, compiled = (steps + 0.5) * side - origin[1], compile_view(view)
@@ -80,20 +91,3 @@ def forecast_field(field: SpeciesField, view: View) -> FieldForecast:
         sticks=float(of_part @ sticks) * _FADING,
         triangles=float(of_part @ triangles),
     )
-
-
-def _nodes(
-    view: View, bounds: SearchBounds, low: np.ndarray, high: np.ndarray, is_window: bool
-) -> tuple[np.ndarray, np.ndarray]:
-    """Nodes (n, 2) [m] from the corner, and the area that each stands for (n,) [m²]."""
-    eye = view.camera.eye[:2]
-    farthest = min(bounds.horizontal, 1e15)  # cells there are as fine as their numbers can say
-    if is_window and ((eye < low) | (eye > high)).any():
-        # The eye is outside of the window: an even net over that.
-        sides = np.indices((32, 24)).reshape(2, -1).T + 0.5
-        size = np.maximum(high - low, 0.0)
-        return low + sides / (32, 24) * size, np.full(len(sides), size.prod() / len(sides))
-    if is_window:
-        farthest = min(farthest, float(np.hypot(*np.maximum(eye - low, high - eye))))
-    net = spread_nodes(np.array([farthest]), view, _NODES, by_area=0.0)
-    return net.xy, net.area

@@ -107,21 +107,9 @@ class SpeciesPrototypes:
         return np.concatenate(found)
 
     @cached_property
-    def max_offset_m(self) -> float:
-        """Bound how far in plan the origin of a whole is from where its object stands [m]."""
-        rest = self.part_tables.rest[self.part_tables.root]
-        return float(np.hypot(rest[:, 0], rest[:, 1]).max()) + self.max_sway_m
-
-    @cached_property
     def max_sway_m(self) -> float:
         """Bound how far the origin of any whole moves from where it rests [m]."""
         return max(_max_sway(prototype) for prototype in self.rigged)
-
-    @cached_property
-    def root_heights(self) -> tuple[float, float]:
-        """Find the lowest and highest origins of wholes above the ground, as they rest [m]."""
-        z = self.part_tables.rest[self.part_tables.root, 2]
-        return float(z.min()), float(z.max())
 
     @cached_property
     def moves(self) -> bool:

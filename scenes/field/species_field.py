@@ -14,7 +14,6 @@ from jaxtyping import Float64
 
 from lod.arrays import Ints, Reals
 from lod.camera import GRID_M, Corner
-from lod.errors import InputError
 from lod.metric import Metric
 from lod.pruner import BlendWeights, Cut, Parts, cut_from_parts
 from lod.shapes import Appearance, Instanced
@@ -82,8 +81,6 @@ class Species:
     habitat   where it grows, thinning the density; None = everywhere
     metric    which member of the family decides, in place of the view's; None = the view's
     pattern   function from seed, name and density to the process by which it is spread
-
-    Raises InputError for a density or a radius that cannot be, and where no prototype is given.
     """
 
     name: str
@@ -93,15 +90,6 @@ class Species:
     habitat: Habitat | None = None
     metric: Metric | None = None
     pattern: Callable[[int, str, float], SquareCells] = PoissonCells
-
-    def __post_init__(self) -> None:
-        if not (math.isfinite(self.density) and self.density > 0):
-            where = f"species.{self.name}.density"
-            raise InputError(where, self.density, "objects per m², finite and above 0")
-        if not (math.isfinite(self.patrol_m) and self.patrol_m >= 0):
-            raise InputError(f"species.{self.name}.patrol", self.patrol_m, "0 m or more, finite")
-        if not self.prototypes:
-            raise InputError(f"species.{self.name}.prototypes", 0, "at least one prototype")
 
     def seen_in(self, view: View) -> View:
         """Return the view with this species' own metric, where it has one.
@@ -246,9 +234,10 @@ class SpeciesField:
         view = self.species.seen_in(view)
         tables, sway = self.prototypes.part_tables, self.prototypes.max_sway_m
         inside, outside = (limit[tables.root] for limit in tables.limits(view))
-        offset = self.prototypes.max_offset_m + self.species.patrol_m
-        (low, high), (lowest, highest) = self.ground.bounds(), self.prototypes.root_heights
-        heights, bound = (low + lowest - sway, high + highest + sway), tables.bound[tables.root]
+        rest, (low, high) = tables.rest[tables.root], self.ground.bounds()
+        offset = float(np.hypot(rest[:, 0], rest[:, 1]).max()) + sway + self.species.patrol_m
+        heights = low + float(rest[:, 2].min()) - sway, high + float(rest[:, 2].max()) + sway
+        bound = tables.bound[tables.root]
         return search_bounds(view, (inside, outside), bound, offset, heights, self.extent)
 
     def sample_cells(self, corner: Corner, cell_x: np.ndarray, cell_y: np.ndarray) -> CellSamples:
@@ -262,12 +251,8 @@ class SpeciesField:
         """Return those objects that have their home where the species grows."""
         if self.species.habitat is None:
             return samples
-        share = self.species.habitat.share(corner, self.homes(corner, samples))
+        share = self.species.habitat.share(corner, self.cells.positions(corner, samples))
         return samples.take(samples.u[:, 7] < share)
-
-    def homes(self, corner: Corner, samples: CellSamples) -> Float64[np.ndarray, "n 2"]:
-        """Find where objects are at home, (n, 2) [m] from the corner."""
-        return self.cells.positions(corner, samples)
 
     def instances_in_view(self, samples: CellSamples, view: View) -> InstancesInView:
         """Return these objects as a view has them, and how much motion hides of each."""
@@ -287,7 +272,7 @@ class SpeciesField:
         """
         prototype, stride_factor, orbits = patrol_orbits(self.species, self.prototypes, samples)
         walkers = orbits.at(time_s)
-        xy = self.homes(corner, samples) + walkers.offset
+        xy = self.cells.positions(corner, samples) + walkers.offset
         facing, phase = (walkers.cos, walkers.sin), walkers.phase
         placements = Placements(xy, *facing, prototype, phase, stride_factor)
         if view is not None:

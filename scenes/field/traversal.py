@@ -178,13 +178,15 @@ def _traverse(given, first, last, out):  # type: ignore[no-untyped-def]
     # Arrays are unpacked here once: whatever a tuple gives up inside the loop is counted anew.
     t, view, instances, motion_step, tables, limits = given
     origin, _, _, nodes, rests, extent, max_parts = tables
-    feet, buffers = instances.foot_contacts, pose_buffers(t.max_joints)
+    root, feet, buffers = instances.origin, instances.foot_contacts, pose_buffers(t.max_joints)
     prototype, frame, state = instances.prototype, buffers.frame, buffers.state
     node = np.empty(max_parts, np.int32)
     n, examined, o = 0, 0, first
     while o < last and n + max_parts <= out.shape[1]:
         v = prototype[o]
-        rest = _rest_origin(instances, o, rests[v, 0], rests[v, 1], rests[v, 2])
+        cos, sin, x, y = instances.cos[o], instances.sin[o], rests[v, 0], rests[v, 1]
+        east, north = root[o, 0] + cos * x - sin * y, root[o, 1] + sin * x + cos * y
+        rest = east, north, root[o, 2] + rests[v, 2]
         d, seen = distance_to(view, *rest), _UNKNOWN
         pose, turn, begun = NO_POSE, IDENTITY, False
         base, i, parent, k, end = n, n, -1, v, v + 1
@@ -236,13 +238,6 @@ def _decide(d, displacement, inside, outside):  # type: ignore[no-untyped-def]
         return _FAILS
     by_view = d + displacement < inside and d - displacement >= outside
     return _BY_VIEW if by_view else _BY_POSITION
-
-
-@njit(cache=True)
-def _rest_origin(instances, o, x, y, z):  # type: ignore[no-untyped-def]
-    origin, cos, sin = instances.origin, instances.cos[o], instances.sin[o]
-    east, north = origin[o, 0] + cos * x - sin * y, origin[o, 1] + sin * x + cos * y
-    return east, north, origin[o, 2] + z
 
 
 @njit(cache=True)

@@ -193,7 +193,14 @@ def build_prototype(name: str, anatomy: Anatomy, build: Build) -> RiggedPrototyp
     parent = np.array([row[part.whole] for part in parts.values()])
     rig = _rig(anatomy, build)
     body, given, core = (_sticks(parts, key, rig, build) for key in ("body", "leaf", "core"))
-    rig, (body, given, core) = _scale_to_height(rig, (body, given, core), build.height)
+    # Scaled so that the lowest point is at 0, and the highest where it is asked for.
+    centre, radius = body.posed(*rig.frames()).spheres
+    lift, top = -(centre[:, 2] - radius).min(), (centre[:, 2] + radius).max()
+    offset = rig.offset.copy()
+    offset[rig.parent < 0, 2] += lift
+    factor = float(build.height / (top + lift))
+    rig = replace(rig, offset=offset).scaled(factor)
+    body, given, core = (table.scaled(factor) for table in (body, given, core))
     full = _sticks_below(parent, body.posed(*rig.frames()))
     leaf, tints = _fit_leaf_appearances(rig, body, given, full, build.materials)
     # Inner appearances: bodies of parts that own parts, and cores where there is none.
@@ -276,20 +283,6 @@ def _turned(point: Triple, angle: float) -> Triple:
     x, y, z = point
     cos, sin = math.cos(angle), math.sin(angle)
     return cos * x - sin * y, sin * x + cos * y, z
-
-
-def _scale_to_height(
-    rig: Rig, tables: tuple[RiggedSticks, ...], height: float
-) -> tuple[Rig, tuple[RiggedSticks, ...]]:
-    """Scale rig and tables: the lowest point of the first is at 0, the highest at ``height`` m."""
-    centre, radius = tables[0].posed(*rig.frames()).spheres
-    lift, top = -(centre[:, 2] - radius).min(), (centre[:, 2] + radius).max()
-    offset = rig.offset.copy()
-    offset[rig.parent < 0, 2] += lift
-    factor = float(height / (top + lift))
-    return replace(rig, offset=offset).scaled(factor), tuple(
-        table.scaled(factor) for table in tables
-    )
 
 
 def _sticks_below(parent: Ints, body: StickTable) -> StickTable:

@@ -15,7 +15,7 @@ chest turns against it, the head stays. Arms swing against the legs; ``person.to
 move.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache, lru_cache
 from importlib import resources
 
@@ -45,37 +45,6 @@ class PersonFile(AnimalFile):
     """The file of people: an animal's, and what they vary in."""
 
     variation: Variation
-
-
-@dataclass(frozen=True)
-class Person:
-    """One person. Lengths are factors on those of ``skeleton``, stature in metres.
-
-    materials: linear albedo of every material that the tables name.
-    """
-
-    stature: float
-    girth: float
-    shoulders: float
-    hips: float
-    bust: bool
-    long_hair: bool
-    materials: dict[str, tuple[float, float, float]]
-
-
-def random_adult(rng: np.random.Generator) -> Person:
-    """Draw an adult; mean statures are after NCD-RisC (eLife 5:e13410, 2016), rounded."""
-    woman = bool(rng.random() < 0.5)
-    stature = rng.normal(1.63 if woman else 1.76, 0.06)
-    return Person(
-        stature=float(np.clip(stature, 1.48, 1.96)),
-        girth=float(np.clip(rng.normal(1.0, 0.06), 0.90, 1.15)),
-        shoulders=float(rng.normal(0.94 if woman else 1.02, 0.02)),
-        hips=float(rng.normal(1.05 if woman else 0.99, 0.02)),
-        bust=woman,
-        long_hair=bool(rng.random() < (0.75 if woman else 0.08)),
-        materials=_materials(rng),
-    )
 
 
 def _materials(rng: np.random.Generator) -> dict[str, tuple[float, float, float]]:
@@ -138,24 +107,29 @@ def standing_people(seed: int, count: int) -> tuple[Prototype, ...]:
 
 def _random_person(seed: int, k: int, children: float) -> RiggedPrototype:
     rng = np.random.Generator(np.random.Philox(np.random.SeedSequence((seed, 0xF16, k))))
-    who, age = random_adult(rng), None
+    woman = bool(rng.random() < 0.5)
+    # Mean statures of adults are after NCD-RisC (eLife 5:e13410, 2016), rounded.
+    stature = float(np.clip(rng.normal(1.63 if woman else 1.76, 0.06), 1.48, 1.96))
+    girth = float(np.clip(rng.normal(1.0, 0.06), 0.90, 1.15))
+    shoulders = float(rng.normal(0.94 if woman else 1.02, 0.02))
+    hips = float(rng.normal(1.05 if woman else 0.99, 0.02))
+    has_long_hair = bool(rng.random() < (0.75 if woman else 0.08))
+    materials, sizes = _materials(rng), dict[str, float]()
     if rng.random() < children:
         age = float(rng.uniform(5.0, 12.0))
         # Median statures: CDC growth charts (2000), rounded; spread 4.5 %.
         median = np.interp(age, (4, 6, 8, 10, 12), (1.02, 1.15, 1.28, 1.385, 1.50))
         stature = float(median * np.clip(rng.normal(1.0, 0.045), 0.9, 1.1))
-        who = replace(who, stature=stature, bust=False, shoulders=0.93, hips=0.95)
+        woman, shoulders, hips, sizes = False, 0.93, 0.95, child_sizes(age)
     tables = human_tables()
     bust, long_hair = tables.variation.bust, tables.variation.long_hair
-    more = {"chest": bust if who.bust else (), "cranium": long_hair if who.long_hair else ()}
+    more = {"chest": bust if woman else (), "cranium": long_hair if has_long_hair else ()}
     worn = {
         name: tables.parts[name].model_copy(update={"body": tables.parts[name].body + rods})
         for name, rods in more.items()
     }
     anatomy = tables.model_copy(update={"parts": {**tables.parts, **worn}})
-    shape = {"shoulder": who.shoulders, "hip": who.hips}
-    sizes = child_sizes(age) if age else {}
-    build = Build(who.stature, who.materials, who.girth, shape, sizes)
+    build = Build(stature, materials, girth, {"shoulder": shoulders, "hip": hips}, sizes)
     return build_prototype(f"figure {k}", anatomy, build)
 
 
@@ -199,7 +173,7 @@ def walking_gait(
     return replace(gait, legs=legs, waves=waves, froude=froude)
 
 
-def random_gait(rng: np.random.Generator, child: bool = False) -> Gait:
+def random_gait(rng: np.random.Generator) -> Gait:
     """Draw a random gait of one person: speed, arms, bearing.
 
     The stride is the longest of all who walk with this gait: theirs (``patrol.stride_factors``)
@@ -210,7 +184,7 @@ def random_gait(rng: np.random.Generator, child: bool = False) -> Gait:
     """
     return walking_gait(
         froude=float(np.clip(rng.normal(0.28, 0.04), 0.18, 0.36)),
-        swing=float(rng.uniform(12.0, 26.0) * (1.15 if child else 1.0)),
+        swing=float(rng.uniform(12.0, 26.0)),
         elbow=float(rng.uniform(12.0, 34.0)),
         lean=float(rng.uniform(0.5, 3.5)),
         spread=float(rng.uniform(0.04, 0.075)),

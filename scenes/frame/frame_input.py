@@ -128,10 +128,6 @@ class Window:
     right: int
     bottom: int
 
-    def __post_init__(self) -> None:
-        if not (0 <= self.left < self.right and 0 <= self.top < self.bottom):
-            raise InputError("render.crop", self, "a window with pixels in it, inside the picture")
-
     @property
     def size(self) -> tuple[int, int]:
         """Return its width and height [px]."""
@@ -156,11 +152,6 @@ class Window:
         at = int(np.argmax(inside))
         own = (row[at] - self.top) * self.size[0] + column[at] - self.left
         return inside, slice(int(own), int(own) + int(np.count_nonzero(inside)))
-
-
-def whole_window(size: tuple[int, int]) -> Window:
-    """Return the window of a whole picture of that size [px]."""
-    return Window(0, 0, *size)
 
 
 SampleWatch = Callable[[int], object]
@@ -204,7 +195,7 @@ class Quality:
 
     def window_of(self, size: tuple[int, int]) -> Window:
         """Return the window that is rendered of a picture of that size [px]."""
-        return self.window or whole_window(size)
+        return self.window or Window(0, 0, *size)
 
     @property
     def is_jit(self) -> bool:

@@ -8,20 +8,13 @@ neighbours differ too much the coarser patch is split (restricted quadtrees: Von
 **Limits.** For a tile of spacing s, where the eye sees ground of mean inclination t
 (``seen_tilt``):
 
-    P  √(s·(h + (2/π)²·t·s)), the root of the cross-section, as the eye sees it, of a bump that
-       this spacing adds: half a wave wide, which is s, and so tall as it is high, h (the RMS of
-       its octave, or of ridged relief the height of its crests), and as the ground that it shades
-       shows its face, t·s. Its shade is that of half a wave in both directions, whose mean is
-       (2/π)² of its greatest
+    P  √(s·(h + (2/π)²·t·s)), h the RMS of its octave, or of ridged relief the height of its crests
     R  the height that the still shorter octaves, left to the tile's own parts, rarely exceed
 
-The priority of ground is the size of what refining would show, not of what it displaces: a wave
-shades and colours the ground as soon as it is wider than a pixel, however low it is. On ground that
-is seen edge-on the height decides, and from above the width. What is not seen itself only casts its
-shadow, by its height: there t is 0. R is no hard bound: all crests of all octaves in one place
-would make one 2 to 3 times as high, which costs steep ground three times the triangles for no
-better a skyline. All are the bumps' own, not the tile's, so
-the cut does not depend on how many quads a tile has.
+``docs/ground.md`` says why. R is no hard bound: all crests of all octaves in one place would make
+one 2 to 3 times as high, which costs steep ground three times the triangles for no better a
+skyline. All are the bumps' own, not the tile's, so the cut does not depend on how many quads a tile
+has.
 
 **Occlusion** by nearer ground is a floating horizon, column by column. Directions in view are
 divided into columns, and each is followed outward: how high has the ground reached so far, seen
@@ -163,19 +156,11 @@ def _neighbours(patches: Patches) -> tuple[Int64[np.ndarray, "n 4"], Int64[np.nd
 def _split(patches: Patches, rows: Ints) -> Patches:
     kept = np.ones(len(patches), bool)
     kept[rows] = False
-
-    def joined(old: np.ndarray, new: np.ndarray) -> np.ndarray:
-        return np.concatenate((old[kept], new))
-
-    depth, x, y = quarters(patches.depth[rows], patches.x[rows], patches.y[rows])
-    owner = np.repeat(patches.owner[rows], 4)
-    return Patches(
-        joined(patches.depth, depth),
-        joined(patches.x, x),
-        joined(patches.y, y),
-        joined(patches.owner, owner),
-        patches.deepest,
-    )
+    old = patches.depth, patches.x, patches.y, patches.owner
+    depth, x, y, owner = (column[rows] for column in old)
+    new = *quarters(depth, x, y), np.repeat(owner, 4)
+    depth, x, y, owner = (np.concatenate((a[kept], b)) for a, b in zip(old, new, strict=True))
+    return Patches(depth, x, y, owner, patches.deepest)
 
 
 FULL_DETAIL_PX = 0.5

@@ -1,25 +1,17 @@
 """Slopes, albedo and mean light of the ground at points, as smooth as mesh and picture ask for.
 
-**Relief too small to be drawn** leaves the mean light of its facets that the eye sees. Slopes of
-the relief that is left out count as normally distributed about those that are drawn, with the
-variance of the octaves left out (Olano & Baker 2010, "LEAN mapping"; Dupuy et al. 2013, "Linear
-efficient antialiased displacement and reflectance mapping"). The eye sees a facet by its area
-across the line of sight, so that more is seen of those that face it, and none of those that turn
-away (Smith 1967, "Geometrical shadowing of a random rough surface"; Heitz 2014, "Understanding the
-masking-shadowing function in microfacet-based BRDFs"). A Lambertian surface sends light by the mean
-of its normals, which is shorter than 1: that is the normal and the factor on the albedo here. Where
-facets turn away from the sun or lie in each other's shadow, the normal is tilted from the sun until
-it receives as much as they do. Light between facets is that of an even cavity.
+``docs/ground.md`` says what becomes of relief, patches and light that are too small to be drawn. Of
+a rough Lambertian surface the mean of the normals that the eye sees, which is shorter than 1, is
+the normal and the factor on the albedo here; where facets turn away from the sun or lie in each
+other's shadow, the normal is tilted from the sun until it receives as much as they do (Olano &
+Baker 2010, "LEAN mapping"; Dupuy et al. 2013, "Linear efficient antialiased displacement and
+reflectance mapping"; Smith 1967, "Geometrical shadowing of a random rough surface"; Heitz 2014,
+"Understanding the masking-shadowing function in microfacet-based BRDFs").
 
-**Albedo** has patches of every size from moist to dry, rock where steep, and snow. It is a function
-of the place alone. Where patches and slopes are too small to be drawn, it is the mean over them:
-they count as normally distributed, and a smooth step that is blurred by a normal distribution is
-about a smooth step again, whose variance is the sum of both. Albedo is linear Rec.709, chosen by
-eye.
-
-Normals hold the waves that the mesh can show, those of two spacings and more, and albedo the
-patches of one spacing and more; a finer level adds the next of them as it fades in. Shorter ones
-would be put in wrong places by vertices too far apart for them. Of what is left out the mean stays.
+Albedo has patches of every size from moist to dry, rock where steep, and snow. It is a function of
+the place alone. Patches and slopes too small to be drawn count as normally distributed, and a
+smooth step that is blurred by a normal distribution is about a smooth step again, whose variance is
+the sum of both. Albedo is linear Rec.709, chosen by eye.
 """
 
 import math

@@ -489,12 +489,6 @@ def _above_ground(table: StickTable, tints: np.ndarray) -> tuple[StickTable, np.
     return replace(table, start=start), tints
 
 
-def unit_direction(elevation_deg: float, azimuth_deg: float) -> Reals:
-    """Compute the unit vector of an elevation and an azimuth from the x axis, (3,)."""
-    e, a = math.radians(elevation_deg), math.radians(azimuth_deg)
-    return np.array((math.cos(e) * math.cos(a), math.cos(e) * math.sin(a), math.sin(e)))
-
-
 def _above(bare: Bare, densities: list[float]) -> tuple[Reals, Reals]:
     """Heights up to the top of the stand [m], and the share of outlines above each, (LEVELS,) each.
 
@@ -515,7 +509,14 @@ def _above(bare: Bare, densities: list[float]) -> tuple[Reals, Reals]:
 def _areas(bare: Bare) -> Float64[np.ndarray, "k d"]:
     """Mean outline of each species by depression, over prototypes and two azimuths, (k, d) [m²]."""
     turns = (20.0, 110.0)
-    directions = np.array([unit_direction(e, a) for e in DEPRESSIONS_DEG for a in turns])
+    elevations, azimuths = (tuple(map(math.radians, each)) for each in (DEPRESSIONS_DEG, turns))
+    directions = np.array(
+        [
+            (math.cos(e) * math.cos(a), math.cos(e) * math.sin(a), math.sin(e))
+            for e in elevations
+            for a in azimuths
+        ]
+    )
     rows = []
     for prototypes in bare:
         each = [areas_of_parts(table, directions, 6.0)[0] for table, _ in prototypes]

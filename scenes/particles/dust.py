@@ -53,7 +53,6 @@ from scenes.particles.system import (
     Drawn,
     Moment,
     ParticleSystem,
-    ball_sticks,
     points_in_ball,
     random_units,
     random_words,
@@ -242,7 +241,7 @@ class Dust(ParticleSystem):
         samples = field.in_habitat(corner, samples)
         prototype, pace, rounds = patrol_orbits(field.species, field.prototypes, samples)
         key = self.object_keys(samples.cell_x, samples.cell_y, samples.index)
-        homes = field.homes(corner, samples)
+        homes = field.cells.positions(corner, samples)
         walkers = Walkers(corner, homes, prototype, pace, rounds, key)
         row = np.arange(len(walkers))
         place = self.trail_centres(walkers, row, view.time_s)
@@ -308,7 +307,8 @@ class Dust(ParticleSystem):
 
     def shape(self, drawn: Drawn, radius: Reals) -> Sticks:
         """Make balls of the colour of the ground that they come from."""
-        return ball_sticks(drawn.place, radius, drawn.shade, self.soil.tints, drawn.owner)
+        colours = drawn.shade, self.soil.tints
+        return Sticks(drawn.place, drawn.place, radius, radius, *colours, drawn.owner)
 
     def puffs(self, walkers: Walkers, falls: Footfalls, time_s: float) -> Puffs:
         """Compute the puffs of footfalls at a time, even before they are up and after their life.

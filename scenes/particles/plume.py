@@ -26,7 +26,6 @@ from scenes.particles.system import (
     Drawn,
     Moment,
     ParticleSystem,
-    ball_sticks,
     points_in_ball,
     random_units,
     smoothstep,
@@ -55,6 +54,11 @@ _LEAST_SIZE = 1e-3
 
 _SOOT = 0.04
 """Albedo of flames."""
+
+_CORNERS = np.array(((1, 0, 0), (0, 1, 0), (-1, 0, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)), float)
+_FACES = np.array(
+    ((0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4), (1, 0, 5), (2, 1, 5), (3, 2, 5), (0, 3, 5))
+)
 
 
 @dataclass(frozen=True)
@@ -238,10 +242,22 @@ class Plume(ParticleSystem):
         colours, columns = self.kind.colours, np.array(self.kind.colours).T
         at = np.linspace(0, len(colours) - 1, SHADES)
         shades = np.stack([np.interp(at, np.arange(len(colours)), c) for c in columns], axis=1)
-        if self.kind.glows:
-            how = self.kind.stretch, drawn.shade, shades, drawn.owner
-            return flame_octahedra(drawn.place, radius, *how)
-        return ball_sticks(drawn.place, radius, drawn.shade, shades, drawn.owner)
+        centre, count = drawn.place, len(drawn.place)
+        if not self.kind.glows:
+            return Sticks(centre, centre, radius, radius, drawn.shade, shades, drawn.owner)
+        # Upright octahedra that give light, so many times as high as wide.
+        scale = radius[:, None] * np.array((1.0, 1.0, self.kind.stretch))
+        vertices = (centre[:, None] + scale[:, None] * _CORNERS).reshape(-1, 3)
+        faces = len(_CORNERS) * np.arange(count)[:, None, None] + _FACES
+        return Triangles(
+            vertices=vertices,
+            normals=np.tile(_CORNERS, (count, 1)),
+            colours=np.full((len(vertices), 3), _SOOT),
+            faces=faces.reshape(-1, 3),
+            owner=np.repeat(drawn.owner, len(_FACES)),
+            glow=np.repeat(drawn.shade, len(_FACES)),
+            glows=shades,
+        )
 
     def live(self, time_s: float) -> Ints:
         """Return the birth numbers of the puffs that live at a time, ascending."""
@@ -301,32 +317,3 @@ class Plume(ParticleSystem):
         first = int(self._puff_id(np.zeros(1, np.int64))[0])
         birth, number = np.divmod(part - first, self.kind.particles + 1)
         return birth, number - 1
-
-
-_CORNERS = np.array(((1, 0, 0), (0, 1, 0), (-1, 0, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)), float)
-_FACES = np.array(
-    ((0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4), (1, 0, 5), (2, 1, 5), (3, 2, 5), (0, 3, 5))
-)
-
-
-def flame_octahedra(
-    centre: Points,
-    radius: Reals,
-    stretch: float,
-    glow: Ints,
-    glows: Float64[np.ndarray, "t 3"],
-    owner: Ints,
-) -> Triangles:
-    """Make upright octahedra of eight faces that give light, ``stretch`` times as high as wide."""
-    scale = radius[:, None] * np.array((1.0, 1.0, stretch))
-    vertices = (centre[:, None] + scale[:, None] * _CORNERS).reshape(-1, 3)
-    faces = (len(_CORNERS) * np.arange(len(centre))[:, None, None] + _FACES).reshape(-1, 3)
-    return Triangles(
-        vertices=vertices,
-        normals=np.tile(_CORNERS, (len(centre), 1)),
-        colours=np.full((len(vertices), 3), _SOOT),
-        faces=faces,
-        owner=np.repeat(owner, len(_FACES)),
-        glow=np.repeat(glow, len(_FACES)),
-        glows=glows,
-    )

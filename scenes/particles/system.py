@@ -96,7 +96,7 @@ class ParticleSystem(ABC):
 
     @abstractmethod
     def shape(self, drawn: Drawn, radius: Reals) -> Sticks | Triangles:
-        """Make the shape of particles with these radii [m]."""
+        """Make the shape of particles with these radii [m]; a ball is a stick of no length."""
 
     def parts_of(self, parts: Parts, view: View) -> Parts:
         """Return the puffs of sources, and so on down to particles."""
@@ -158,13 +158,6 @@ class ParticleSystem(ABC):
             share=share,
             state=at,
         )
-
-
-def ball_sticks(
-    centre: Points, radius: Reals, tint: Ints, tints: Float64[np.ndarray, "t 3"], owner: Ints
-) -> Sticks:
-    """Make balls, as sticks of no length."""
-    return Sticks(centre, centre, radius, radius, tint, tints, owner)
 
 
 def points_in_ball(u: Float64[np.ndarray, "n k"]) -> Points:

@@ -166,7 +166,7 @@ def explain(error: ValidationError, blame: Blame, named: Mapping[str, Iterable[s
     elif first["type"] == "extra_forbidden":
         rule, cure = "no such key", nearest_key(key, known_keys(named))
     elif first["type"] == "rule" and key != dotted(first["loc"]):
-        arrived = _value(arrived, key.removeprefix(dotted(first["loc"])).lstrip("."))
+        arrived = value_at(arrived, key.removeprefix(dotted(first["loc"])).lstrip("."))
     if others:
         cure = f"{cure} (and {len(others)} more)".strip()
     return InputError(blame(key), arrived, rule, cure)
@@ -244,8 +244,11 @@ def _field(location: Sequence[int | str]) -> FieldInfo | None:
     return field
 
 
-def _value(data: Any, key: str) -> Any:
-    """What ``data`` (tables or models) holds at a dotted key."""
+def value_at(data: Any, key: str) -> Any:
+    """Give what ``data`` (tables or models) holds at a dotted key; of lists what each one does."""
     for step in filter(None, key.split(".")):
+        if isinstance(data, list):
+            data = [value_at(each, step) for each in data]
+            continue
         data = data.get(step) if isinstance(data, dict) else getattr(data, step, None)
     return data

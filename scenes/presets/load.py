@@ -26,6 +26,7 @@ from scenes.presets.keys import (
     known_keys,
     nearest_key,
     nearest_name,
+    value_at,
 )
 from scenes.presets.schema import Preset
 
@@ -110,15 +111,7 @@ def preset_values(preset: Preset) -> dict[str, Any]:
     """Give the value of every dotted key of a preset, as plain data that -D takes."""
     named = {table: list(getattr(preset, table)) for table in NAMED}
     data = preset.model_dump(mode="json")
-    return {key: _value(data, key.split(".")) for key in known_keys(named)}
-
-
-def _value(data: Any, path: Sequence[str]) -> Any:
-    for name in path:
-        if isinstance(data, list):
-            return [_value(each, (name,)) for each in data]
-        data = None if data is None else data[name]
-    return data
+    return {key: value_at(data, key) for key in known_keys(named)}
 
 
 @cache

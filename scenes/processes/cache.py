@@ -324,8 +324,12 @@ def content_key(*values: Any) -> str:
     Frozen dataclasses, mappings and sequences are read through. Two keys are equal only where all
     values are, to the last bit. Raises TypeError for anything else.
     """
+    return _digest_of(_pieces(values))
+
+
+def _digest_of(pieces: Iterable[bytes]) -> str:
     digest = hashlib.sha256()
-    for piece in _pieces(values):
+    for piece in pieces:
         digest.update(len(piece).to_bytes(8, "little") + piece)
     return digest.hexdigest()
 
@@ -334,30 +338,18 @@ def rounded_key(*values: Any) -> str:
     """Give a digest [hex] like that of ``content_key``, of arrays of reals to a millionth.
 
     Machines differ in the last bits of what is grown, and then fits are the same to them. Steps of
-    the rounding lie beside numbers of few decimals, which a last bit would carry over them.
+    the rounding lie beside numbers of few decimals, which a last bit would carry over them. Of
+    dataclasses the values alone count.
     """
-    return content_key(_rounded(values))
+    return _digest_of(_pieces((values,), rounded=True))
 
 
-def _rounded(value: Any) -> Any:
-    match value:
-        case np.ndarray() if value.dtype.kind == "f":
-            return np.floor(value * 1e6 + math.e / 10)
-        case np.ndarray() | str():
-            return value
-        case Mapping():
-            return {name: _rounded(each) for name, each in value.items()}
-        case list() | tuple():
-            return [_rounded(each) for each in value]
-        case _ if is_dataclass(value):
-            return [_rounded(getattr(value, each.name)) for each in fields(value)]
-    return value
-
-
-def _pieces(value: Any) -> Iterator[bytes]:
+def _pieces(value: Any, rounded: bool = False) -> Iterator[bytes]:
     """Yield the bytes of a value with a mark of its kind, so that no two values read alike."""
     match value:
         case np.ndarray() if not value.dtype.hasobject:
+            if rounded and value.dtype.kind == "f":
+                value = np.floor(value * 1e6 + math.e / 10)
             yield f"array {value.dtype.str} {value.shape}".encode()
             yield np.ascontiguousarray(value).tobytes()
         case None | bool() | int() | str() | bytes() | Path():
@@ -369,15 +361,18 @@ def _pieces(value: Any) -> Iterator[bytes]:
         case Mapping():
             yield f"mapping {len(value)}".encode()
             for name in sorted(value):
-                yield from _pieces((name, value[name]))
+                yield from _pieces((name, value[name]), rounded)
         case list() | tuple():
             yield f"sequence {len(value)}".encode()
             for each in value:
-                yield from _pieces(each)
-        case _ if hasattr(type(value), "__dataclass_fields__"):
+                yield from _pieces(each, rounded)
+        case _ if is_dataclass(value):
+            if rounded:
+                yield from _pieces([getattr(value, each.name) for each in fields(value)], rounded)
+                return
             yield f"{type(value).__module__}.{type(value).__qualname__}".encode()
-            for name in type(value).__dataclass_fields__:
-                yield from _pieces((name, getattr(value, name)))
+            for each in fields(value):
+                yield from _pieces((each.name, getattr(value, each.name)))
         case _:
             raise TypeError(f"a key is made of plain data, not of {type(value).__name__}")
 

@@ -77,14 +77,11 @@ def _left_of_groups(cgroups: Path, own: Path) -> Iterator[int]:
         for folder in (group, *group.parents):
             limit, used = (_text(folder / name).strip() for name in names[:2])
             if limit.isdecimal() and used.isdecimal():
-                yield int(limit) - int(used) + _cached(folder / "memory.stat", names[2])
+                rows = (line.split() for line in _text(folder / "memory.stat").splitlines())
+                cached = next((int(value) for key, value in rows if key == names[2]), 0)
+                yield int(limit) - int(used) + cached
             if folder == root:
                 break
-
-
-def _cached(statistics: Path, name: str) -> int:
-    rows = (line.split() for line in _text(statistics).splitlines())
-    return next((int(value) for key, value in rows if key == name), 0)
 
 
 def _text(path: Path) -> str:

@@ -107,7 +107,12 @@ def _made(
     """Make this process's file, whose name nobody sees before it is locked and has its text."""
     path = folder / NAME / f"{uuid.uuid4().hex}.owner"
     temporary = path.with_suffix(".new")
-    handle = _create(temporary)
+    handle = None
+    while handle is None:
+        with contextlib.suppress(FileExistsError):
+            path.parent.mkdir()
+        with contextlib.suppress(FileNotFoundError):  # someone else removed the empty folder
+            handle = os.open(temporary, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666)
     try:
         _lock(handle)
         mount = os.fstat(handle).st_dev
@@ -123,14 +128,6 @@ def _made(
             os.close(handle)
         with contextlib.suppress(OSError):
             path.parent.rmdir()  # which only succeeds if it is empty
-
-
-def _create(path: Path) -> int:
-    while True:
-        with contextlib.suppress(FileExistsError):
-            path.parent.mkdir()
-        with contextlib.suppress(FileNotFoundError):  # someone else removed the empty folder
-            return os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666)
 
 
 def _write(handle: int, owner: Owner, beat: int) -> None:
@@ -162,7 +159,11 @@ def _beating(handle: int, owner: Owner) -> Iterator[None]:
 
 def _others(mine: Path, group: str) -> Iterator[Path]:
     """Find the files of other groups; those of the dead are removed on the way."""
-    for path in _listed(mine.parent):
+    # A change to a folder makes network file systems look at it again.
+    probe = mine.parent / f"{uuid.uuid4().hex}.new"
+    os.close(os.open(probe, os.O_CREAT | os.O_EXCL))
+    probe.unlink()
+    for path in sorted(mine.parent.iterdir()):
         if path.suffix == ".new":  # its maker is at it, or died
             with contextlib.suppress(FileNotFoundError):
                 if time.time() - path.stat().st_mtime > SILENCE_S and not _is_locked(path):
@@ -171,14 +172,6 @@ def _others(mine: Path, group: str) -> Iterator[Path]:
             found = _read(path)
             if found and not _is_proven_dead(path, found[1]) and found[1].group != group:
                 yield path
-
-
-def _listed(folder: Path) -> list[Path]:
-    """List a folder as it is now: a change to it makes network file systems look again."""
-    probe = folder / f"{uuid.uuid4().hex}.new"
-    os.close(os.open(probe, os.O_CREAT | os.O_EXCL))
-    probe.unlink()
-    return sorted(folder.iterdir())
 
 
 def _alive(path: Path, note: Callable[[str], object]) -> Owner | None:
@@ -213,28 +206,26 @@ def _read(path: Path) -> tuple[bytes, Owner] | None:
         return b"", Owner("", "unknown", 0, "", 0)
 
 
+def _is_locked(path: Path) -> bool:
+    return _looked_at(path)[0] is False
+
+
 def _is_proven_dead(path: Path, owner: Owner) -> bool:
     """Say whether an owner is dead for sure, or gone, and remove its file."""
+    locks, mount = _looked_at(path)
+    if dead := locks is True and (_system(), mount) == (owner.system, owner.mount):
+        path.unlink(missing_ok=True)
+    return dead or mount == 0
+
+
+def _looked_at(path: Path) -> tuple[bool | None, int]:
+    """Whether a file can be locked (``_lock``), and its mount; None and 0 where it is gone."""
     try:
         handle = os.open(path, os.O_RDWR)
     except FileNotFoundError:
-        return True
+        return None, 0
     try:
-        here = (_system(), os.fstat(handle).st_dev) == (owner.system, owner.mount)
-        if dead := here and _lock(handle) is True:
-            path.unlink(missing_ok=True)
-        return dead
-    finally:
-        os.close(handle)
-
-
-def _is_locked(path: Path) -> bool:
-    try:
-        handle = os.open(path, os.O_RDWR)
-    except FileNotFoundError:
-        return False
-    try:
-        return _lock(handle) is False
+        return _lock(handle), os.fstat(handle).st_dev
     finally:
         os.close(handle)
 

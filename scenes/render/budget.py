@@ -51,29 +51,17 @@ def within_budget(
     scene, details = Scene(preset), []
     preflight(scene, (), most_bytes)
     if view.max_parts is not None:
-        details.append(_fitting_parts(scene, frames, most_bytes, note))
+        need = _parts_of(scene, memory_limit(most_bytes), view.max_parts)
+        detail = _fitting(need, view.max_parts, view.detail, frames, "--max-parts")
+        details.append(finest := _finest_ground(scene, detail, frames))
+        shown = max(need(frame, finest) for frame in frames)
+        if shown < MIN_BUDGET_USE * view.max_parts:
+            why = "the ground can be no finer" if finest > detail else "that is all there is"
+            found = f"{shown:,} parts at {finest:.4g} px: {why}"
+            note(f"lodbench: --max-parts {view.max_parts:,}: {found}")
     if view.max_memory is not None:
         details.append(_fitting_memory(scene, view.max_memory, frames))
     return _at_detail(preset, max(details))
-
-
-def _fitting_parts(
-    scene: Scene,
-    frames: Sequence[int],
-    most_bytes: int | None,
-    note: Callable[[str], object],
-) -> float:
-    """The detail at which every frame has no more parts than it may, and one has nearly all."""
-    view = scene.preset.view
-    most = view.max_parts or 0
-    need = _parts_of(scene, memory_limit(most_bytes), most)
-    detail = _fitting(need, most, view.detail, frames, "--max-parts")
-    finest = _finest_ground(scene, detail, frames)
-    shown = max(need(frame, finest) for frame in frames)
-    if shown < MIN_BUDGET_USE * most:
-        why = "the ground can be no finer" if finest > detail else "that is all there is"
-        note(f"lodbench: --max-parts {most:,}: {shown:,} parts at {finest:.4g} px: {why}")
-    return finest
 
 
 def _finest_ground(scene: Scene, detail: float, frames: Sequence[int]) -> float:

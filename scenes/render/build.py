@@ -6,7 +6,7 @@ The renderer has no camera that sees all round: ``PanoramaSensor`` is one, equir
 import gc
 import math
 import tempfile
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 from weakref import WeakSet
@@ -101,10 +101,6 @@ class BuiltScene:
     surfaces: Any = None
     copies: Copies = field(default_factory=Copies)
 
-    def seen_by(self, camera: Description) -> "BuiltScene":
-        """Return the same scene as another camera sees it."""
-        return replace(self, description={**self.description, "camera": camera})
-
     def hit_ids(self, shape: np.ndarray, prim: np.ndarray) -> np.ndarray:
         """Object, part and level of hits given the renderer's shape and primitive numbers."""
         row = np.zeros(shape.shape, np.uint32)
@@ -172,11 +168,6 @@ def build_scene(description: Description) -> BuiltScene:
     known = scene, kept, integrators, tuple(names), ids, owned, medium
     _ALIVE.add(built := BuiltScene(*known, surfaces, copies))
     return built
-
-
-def flush_memory() -> None:
-    """Give back the memory that the renderer keeps for its next samples."""
-    dr.flush_malloc_cache()
 
 
 def sensor(

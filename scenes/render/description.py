@@ -114,9 +114,8 @@ def batches(
     segments, owners = (np.empty(int(rows[-1]), np.uint32) for _ in range(2))
     moving = any(each.later is not None for each in placed)
     moves = np.zeros((len(owners), 2, 3), np.float32) if moving else None
-    room = _Room(points, segments, owners)
     for each, own_columns, number in zip(placed, columns, number_of, strict=True):
-        place = _lay(own_columns, number, each.first_row, begin, laid, room)
+        place = _lay(own_columns, number, each.first_row, begin, laid, (points, segments, owners))
         if moves is not None and each.later is not None:
             moves[place, 0] = each.later.start - each.sticks.start
             moves[place, 1] = each.later.end - each.sticks.end
@@ -169,14 +168,6 @@ class _Columns(NamedTuple):
     owner: Any
 
 
-class _Room(NamedTuple):
-    """Where sticks are laid down: points (p, 4), segments and owners (s,)."""
-
-    points: Any
-    segments: Any
-    owners: Any
-
-
 @njit(cache=True)
 def _ends(sticks, m):  # type: ignore[no-untyped-def]
     """Both ends of a stick, each x, y, z and radius; none is too short for the renderer."""
@@ -212,13 +203,13 @@ def _count(sticks, number, count, last):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _lay(sticks, number, first_row, begin, laid, room):  # type: ignore[no-untyped-def]
+def _lay(sticks, number, first_row, begin, laid, found):  # type: ignore[no-untyped-def]
     """Lay sticks down behind those of their tint; a stick that goes on from the last one shares its
     point. Gives the row of each.
 
     begin (k,): where each tint's points begin; laid (2, k): where its next stick and point go.
     """
-    points = room.points
+    points, segments, owners = found
     place = np.empty(len(sticks.tint), np.int64)
     for m in range(len(sticks.tint)):
         t = number[sticks.tint[m]]
@@ -228,8 +219,8 @@ def _lay(sticks, number, first_row, begin, laid, room):  # type: ignore[no-untyp
             points[at, 0], points[at, 1], points[at, 2], points[at, 3] = first
             at += 1
         points[at, 0], points[at, 1], points[at, 2], points[at, 3] = second
-        room.segments[row] = at - 1
-        room.owners[row] = sticks.owner[m] + first_row
+        segments[row] = at - 1
+        owners[row] = sticks.owner[m] + first_row
         place[m] = row
         laid[0, t] = row + 1
         laid[1, t] = at + 1

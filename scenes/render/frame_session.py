@@ -122,7 +122,14 @@ class FrameSession:
         camera, quality = frame_input.camera, frame_input.quality
         samples = math.prod(quality.window_of((camera.width, camera.height)).size) * quality.spp
         samples *= 2 if camera.baseline_m else 1
-        layers = render_frame(frame_input, frame, _adding(samples, watch), description, most_bytes)
+        taken = 0
+
+        def count(more: int) -> None:
+            nonlocal taken
+            taken += more
+            watch(taken, samples)
+
+        layers = render_frame(frame_input, frame, count, description, most_bytes)
         if layers.coverage:
             layers = with_mattes(layers, {each.object: (each.name, each.of) for each in found})
         return replace(
@@ -136,15 +143,3 @@ class FrameSession:
         camera, shot = self._scene.camera(frame), self._preset.camera
         header = frame_header(camera, shot.fps, self.settings, frame, shot.date)
         return header | picture_windows(self._preset.render.size, self._preset.render.window)
-
-
-def _adding(of: int, watch: Watch) -> Callable[[int], object]:
-    """Add up the samples that a driver takes at a time, and watch the sum."""
-    so_far = 0
-
-    def count(samples: int) -> None:
-        nonlocal so_far
-        so_far += samples
-        watch(so_far, of)
-
-    return count

@@ -122,18 +122,6 @@ def _check_prototypes(preset: Preset, limit: MemoryLimit, most: int) -> None:
 def _check_actors(preset: Preset, limit: MemoryLimit, most: int, acted: int) -> None:
     if not has_acting(preset):
         return
-    actors, needed = _actors_bytes(preset)
-    needed += acted * (_ACTED_FRAME + _ACTED_ACTOR * actors)
-    if needed > most:
-        kept = f" in {acted:,} frames" if acted else ""
-        rule = f"{actors:,} actors{kept} need about {size_text(needed)}"
-        fewer = "fewer actors or a smaller acting.frames" if acted else "fewer actors"
-        cure = f"ask for {fewer}, or --max-memory 0 to try it all the same"
-        raise InputError("--max-memory", limit.told, rule, cure)
-
-
-def _actors_bytes(preset: Preset) -> tuple[int, float]:
-    """Count the live actors of a preset, and estimate the bytes of them and of their prototypes."""
     weather = Weather(preset.world.season, preset.wind.speed)
     actors, needed = 0, 0.0
     kinds: dict[tuple[str, str | None, float], int] = {}
@@ -149,7 +137,13 @@ def _actors_bytes(preset: Preset) -> tuple[int, float]:
         made = kinds.get((*model, size), 0)
         kinds[(*model, size)] = max(made, prototypes)
         needed += max(prototypes - made, 0) * parts * (_BUILT_PART + _KEPT_PART)
-    return actors, needed
+    needed += acted * (_ACTED_FRAME + _ACTED_ACTOR * actors)
+    if needed > most:
+        kept = f" in {acted:,} frames" if acted else ""
+        rule = f"{actors:,} actors{kept} need about {size_text(needed)}"
+        fewer = "fewer actors or a smaller acting.frames" if acted else "fewer actors"
+        cure = f"ask for {fewer}, or --max-memory 0 to try it all the same"
+        raise InputError("--max-memory", limit.told, rule, cure)
 
 
 @dataclass(frozen=True)

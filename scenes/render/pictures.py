@@ -16,6 +16,7 @@ import re
 import shutil
 import subprocess
 import tempfile
+import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from importlib import import_module
@@ -255,7 +256,11 @@ def write_movie(
         return None
     if not paths:
         raise InputError("movie", [], "at least one frame")
-    pictures = (_even(each) for each in _pictures(paths, look))
+    # H.264 wants even sides.
+    pictures = (
+        np.pad(each, ((0, each.shape[0] % 2), (0, each.shape[1] % 2), (0, 0)), mode="edge")
+        for each in _pictures(paths, look)
+    )
     first = next(pictures)
     size = f"{first.shape[1]}x{first.shape[0]}"
     source = f"-f rawvideo -pix_fmt rgb24 -s {size} -r {fps:g} -i -"
@@ -274,12 +279,6 @@ def write_movie(
         if process.returncode:
             raise OSError(errno.EIO, f"ffmpeg: {said[-1] if said else process.returncode}")
     return Path(out_mp4)
-
-
-def _even(picture: np.ndarray) -> np.ndarray:
-    """With even sides, as H.264 wants them."""
-    height, width = picture.shape[:2]
-    return np.pad(picture, ((0, height % 2), (0, width % 2), (0, 0)), mode="edge")
 
 
 def ffmpeg_path() -> str | None:
@@ -305,7 +304,10 @@ def denoise_layers(layers: Layers) -> Layers:
     """Add a denoised picture, never negative, to the layers of a frame."""
     import mitsuba_oidn
 
+    start = time.perf_counter()
     picture = mitsuba_oidn.denoise(
         np.array(layers.rgb), albedo=np.array(layers.albedo), normal=np.array(layers.N), hdr=True
     )
-    return replace(layers, denoised=np.maximum(np.array(picture), 0.0))
+    denoised = np.maximum(np.array(picture), 0.0)
+    seconds = {**layers.seconds, "denoise": time.perf_counter() - start}
+    return replace(layers, denoised=denoised, seconds=seconds)

@@ -90,7 +90,8 @@ def trace(
     built: BuiltFrame, quality: Quality, frame: int = 0, watch: SampleWatch = ignore_samples
 ) -> Layers:
     """Take one picture of a built frame; its variant is still the one that is set."""
-    from scenes.render.build import flush_memory
+    import drjit
+
     from scenes.render.samples import make_layers
 
     start = time.perf_counter()
@@ -100,7 +101,7 @@ def trace(
         from scenes.render.jit import render_jit as driver
     samples = driver(built.scene, built.haze, quality, frame, watch)
     seconds = {**built.seconds, "trace": time.perf_counter() - start}
-    flush_memory()
+    drjit.flush_malloc_cache()  # what it keeps for its next samples
     return make_layers(samples, built.scene, seconds, built.statistics)
 
 
@@ -182,9 +183,6 @@ def render_subframes(
     return replace(middle, rgb=rgb, albedo=albedo, seconds=seconds, statistics=statistics)
 
 
-LEFT, RIGHT = 0, 1
-
-
 def render_frame(
     frame_input: FrameInput,
     frame: int = 0,
@@ -203,41 +201,27 @@ def render_frame(
     """
     if frame_input.denoise:
         check_denoiser()
+    quality, air = frame_input.quality, frame_input.air
+    is_pair = bool(frame_input.camera.baseline_m)
+    seen = [_seen_by(frame_input, eye) for eye in (0, 1)] if is_pair else [frame_input]
     if frame_input.subframes:
         check_memory(frame_input, most_bytes)
-        eyes = (None,) if not frame_input.camera.baseline_m else (LEFT, RIGHT)
-        pair = [render_subframes(_seen_by(frame_input, eye), frame, watch) for eye in eyes]
+        found = [render_subframes(each, frame, watch) for each in seen]
     else:
-        pair = _still(frame_input, frame, watch, description, most_bytes)
-    pair = [_denoised(each) if frame_input.denoise else each for each in pair]
-    left, *right = pair
+        if description is None:
+            built = build_frame(frame_input, most_bytes)
+        else:
+            built = build(description, air, quality)
+        found = []
+        for each in seen:  # both eyes see one scene, built once
+            now = move_camera(built, each.camera, air, each.after) if is_pair else built
+            found.append(trace(now, quality, frame, watch))
+    left, *right = [denoise_layers(each) if frame_input.denoise else each for each in found]
     return replace(left, right=right[0]) if right else left
 
 
-def _still(
-    frame_input: FrameInput,
-    frame: int,
-    watch: SampleWatch,
-    description: Description | None,
-    most_bytes: int | None,
-) -> list[Layers]:
-    """One picture of a scene, or one for each eye: both see one scene, built once."""
-    quality, air = frame_input.quality, frame_input.air
-    if description is None:
-        built = build_frame(frame_input, most_bytes)
-    else:
-        built = build(description, air, quality)
-    if not frame_input.camera.baseline_m:
-        return [trace(built, quality, frame, watch)]
-    seen = [_seen_by(frame_input, eye) for eye in (LEFT, RIGHT)]
-    moved = (move_camera(built, each.camera, air, each.after) for each in seen)
-    return [trace(each, quality, frame, watch) for each in moved]
-
-
-def _seen_by(frame_input: FrameInput, eye: int | None) -> FrameInput:
-    """The same frame as one eye of a pair sees it, and so its sub-frames."""
-    if eye is None:
-        return frame_input
+def _seen_by(frame_input: FrameInput, eye: int) -> FrameInput:
+    """The same frame as the left eye of a pair (0) or the right one sees it, and its sub-frames."""
 
     def at(make: Callable[[], FrameInput]) -> FrameInput:
         return _seen_by(make(), eye)
@@ -248,9 +232,3 @@ def _seen_by(frame_input: FrameInput, eye: int | None) -> FrameInput:
         after=frame_input.after.pair[eye] if frame_input.after else None,
         subframes=tuple(partial(at, make) for make in frame_input.subframes),
     )
-
-
-def _denoised(layers: Layers) -> Layers:
-    start = time.perf_counter()
-    layers = denoise_layers(layers)
-    return replace(layers, seconds={**layers.seconds, "denoise": time.perf_counter() - start})

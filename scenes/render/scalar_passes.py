@@ -84,8 +84,12 @@ class _Band:
             return np.where(bad, 0.0, image), replaced
         # A pixel whose centre is above the horizon by less than half its diagonal has rays that go
         # below it, where the sky that the renderer traces is black: it shows the airlight, too.
-        directions = pixel_directions(self.camera, 1, self.rows)
-        horizon_sine = max(self.haze.horizon_sine, self._half_diagonal)
+        # Rays through a pixel meet in focus: a lens turns them by half its opening over that.
+        directions, lens = pixel_directions(self.camera, 1, self.rows), self.camera["lens"]
+        tan_x = math.tan(math.radians(self.camera["fov_x_deg"]) / 2)
+        half_diagonal = math.sqrt(2) * tan_x / self.camera["size"][0]
+        half_diagonal += lens.diameter_m / (2 * lens.focus_m) if lens else 0.0
+        horizon_sine = max(self.haze.horizon_sine, half_diagonal)
         below_horizon = directions[..., 2:] < horizon_sine
         transmittance, added = self._mean_haze(below_horizon)
         picture = transmittance * np.where(bad, 0.0, image) + added
@@ -101,17 +105,6 @@ class _Band:
             name = "medium" if self.built.medium else "image"
             total += spp * self._trace(name, 1, spp, _IMAGE, number)
         return total / self.spp
-
-    @property
-    def _half_diagonal(self) -> float:
-        """Half the diagonal of a pixel, as the tangent of an angle, and what a lens adds to it.
-
-        Rays through a pixel all meet in focus: their directions differ by half the opening over
-        that distance.
-        """
-        tan_x, lens = math.tan(math.radians(self.camera["fov_x_deg"]) / 2), self.camera["lens"]
-        aside = lens.diameter_m / (2 * lens.focus_m) if lens else 0.0
-        return math.sqrt(2) * tan_x / self.camera["size"][0] + aside
 
     def _mean_haze(self, below_horizon: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Mean T of each pixel, and mean light that the air adds, (h, w, bands) each."""
@@ -151,7 +144,8 @@ class _Band:
         total.add("albedo", pixels, albedo / self.haze.bands.even)
         one = guides[side - 1 :: side, side - 1 :: side]
         if self.camera["lens"]:
-            sharp = replace(self, built=self.built.seen_by(pinhole(self.camera)))
+            seen = {**self.built.description, "camera": pinhole(self.camera)}
+            sharp = replace(self, built=replace(self.built, description=seen))
             one = sharp._trace("guides", 1, 1, _GUIDES, 1)
         total.keep(pixels, one)
         if coverage:

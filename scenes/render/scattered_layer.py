@@ -221,7 +221,14 @@ def with_scattering_layer(description: Description, air: Air) -> Description:
     light, place = description["light"], description["camera"]["eye"]
     profile, mean, top = _reach(description, air)
     eye = float(place[2])
-    sources = _sources(description, air, profile, top)
+    # The layer is solved over level ground, at a few of the heights that the profile has.
+    heights = np.percentile(profile, _GROUNDS)
+    if np.ptp(heights) < _FLAT_M:
+        heights = heights[1:2]
+    slabs = [_slab_inputs(description, air, float(ground), top) for ground in np.unique(heights)]
+    above = np.stack([each.height - each.height[0] for each in slabs])
+    found = np.stack([source_function(each, AIR) for each in slabs])
+    sources = Sources(np.unique(heights), above, found)
     around = partial(heights_at, profile)
     flat = partial(heights_at, np.full_like(profile, mean))
     root = np.linspace(-1, 1, _ROWS)
@@ -253,18 +260,6 @@ def _reach(description: Description, air: Air) -> tuple[Profile, float, float]:
     profile = ground_profile(points, eye)
     top = max(top, float(profile.max()) + description["light"]["canopy"].top_m + 1.0)
     return profile, min(float(points[:, 2].mean()), float(eye[2])), top
-
-
-def _sources(description: Description, air: Air, profile: Profile, top: float) -> Sources:
-    """Solve the layer over level ground, at a few of the heights that the profile has."""
-    heights = np.percentile(profile, _GROUNDS)
-    if np.ptp(heights) < _FLAT_M:
-        heights = heights[1:2]
-    slabs = [_slab_inputs(description, air, float(ground), top) for ground in np.unique(heights)]
-    above = np.stack([each.height - each.height[0] for each in slabs])
-    return Sources(
-        np.unique(heights), above, np.stack([source_function(each, AIR) for each in slabs])
-    )
 
 
 def _slab_inputs(description: Description, air: Air, ground: float, top: float) -> SlabInputs:

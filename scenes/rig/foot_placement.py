@@ -121,7 +121,8 @@ def _contact_points(tables: PoseTables, where: Placements) -> np.ndarray:
     They are in the order of objects, their legs, the prints of a leg (two while it swings: the one
     it left, the one it goes to) and the points of a sole.
     """
-    points, m = np.empty((_point_count(tables, where), 2)), 0
+    # At most two prints of three points a leg.
+    points, m = np.empty((len(where.prototype) * max(6 * tables.max_legs, 1), 2)), 0
     leg, sole = tables.legs.leg, tables.sole
     for o in range(len(where.prototype)):
         v = where.prototype[o]
@@ -142,7 +143,7 @@ def _contact_points(tables: PoseTables, where: Placements) -> np.ndarray:
                         x, y = x + sole[row, k, 0], y + sole[row, k, 1]
                     points[m, 0], points[m, 1] = _in_plan(where, o, x, y)
                     m += 1
-    return points
+    return points[:m]
 
 
 @njit(cache=True, inline="always")
@@ -152,25 +153,7 @@ def _in_plan(where: Placements, o: int, x: float, y: float) -> tuple[float, floa
 
 
 @njit(cache=True)
-def _point_count(tables: PoseTables, where: Placements) -> int:
-    count, leg = 0, tables.legs.leg
-    for o in range(len(where.prototype)):
-        v = where.prototype[o]
-        first, legs = tables.prototypes[v, FIRST_LEG], tables.prototypes[v, LEGS]
-        if legs == 0 or where.contact_detail[o] == BODY:
-            count += 1
-            continue
-        each = 3 if where.contact_detail[o] == SOLE else 1
-        for row in range(first, first + legs):
-            swings = (where.phase[o] - leg[row, STRIKE]) % 1.0 > leg[row, DUTY]
-            count += 2 * each if swings else each
-    return count
-
-
-@njit(cache=True)
-def _place_bodies(
-    tables: PoseTables, where: Placements, ground: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
+def _place_bodies(tables, where, ground):  # type: ignore[no-untyped-def]
     """Height of each body (n,) [m], and its ``Instances.foot_contacts`` (n, max_legs, 6).
 
     ground  (m,) heights at ``_contact_points`` [m]
@@ -210,16 +193,7 @@ def _place_bodies(
 
 
 @njit(cache=True)
-def _ground_plane(
-    leg: np.ndarray,
-    sole_planes: np.ndarray,
-    row: int,
-    phase: float,
-    detail: int,
-    ground: np.ndarray,
-    m: int,
-    plane: np.ndarray,
-) -> int:
+def _ground_plane(leg, sole_planes, row, phase, detail, ground, m, plane):  # type: ignore[no-untyped-def]
     """Write the plane under a foot into ``plane`` (3,): HEIGHT, SLOPE_ALONG and SLOPE_ACROSS.
 
     leg          (l, 9) LegTables.leg; ``row`` is the leg's
@@ -251,17 +225,7 @@ def _ground_plane(
 
 
 @njit(cache=True)
-def _place_foot(
-    leg: np.ndarray,
-    row: int,
-    hips: tuple[np.ndarray, np.ndarray],
-    share: float,
-    phase: float,
-    pace: float,
-    mean: float,
-    plane: np.ndarray,
-    contact: np.ndarray,
-) -> float:
+def _place_foot(leg, row, hips, share, phase, pace, mean, plane, contact):  # type: ignore[no-untyped-def]
     """Write a foot's contact in the object's frame into ``contact`` (6,).
 
     leg    (l, 9) LegTables.leg; ``row`` is the leg's

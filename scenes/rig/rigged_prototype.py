@@ -1,21 +1,9 @@
 """A posable object: its part hierarchy holds for every pose that the joint limits allow (§2.4).
 
-    separation  farthest that a part's origin can be from its whole's origin, over all poses
-    extent      farthest that a part's own sticks, of either appearance, can be from a point, over
-        all poses
-    P           √ of the largest area over directions that the leaf appearance covers; where a leaf
-        appearance spans joints, the largest over the poses of ``P_POSES`` as well
-    R           the greater of the extent of the part and the extents of its direct parts, from its
-        origin
-    B           the greater of the extent of the part and, over its parts, separation + B of the
-        part
-
-An only part that is no smaller than its whole is one with it (``lod.hierarchy``): its
-origin is that of the whole, and the two share the greater P and R.
-
-"Over all poses" is the bound of ``reach_bound``: never exceeded, and reached within a few per cent.
-It is the rule of ``scenes.sticks.prototype`` with poses; a rig that cannot move gives the same
-numbers.
+It is the rule of ``scenes.sticks.prototype``, where a separation or an extent is the farthest "over
+all poses": the bound of ``reach_bound``, never exceeded, and reached within a few per cent. Where a
+leaf appearance spans joints, P is the largest over the poses of ``P_POSES`` as well. A rig that
+cannot move gives the same numbers.
 
 ``reach_bound`` takes the points x of a jointed chain as a set S; |x| is at most max over directions
 u of h(u) = max of u·x, the set's support function (Rockafellar, "Convex Analysis", 1970, §13). Down

@@ -337,8 +337,8 @@ def _union_length(left, right, a, b):  # type: ignore[no-untyped-def]
     """Length of the union of the intervals a to b; sorts both kinds of end in place."""
     if b - a < 2:
         return right[a] - left[a] if b > a else 0.0
-    _sort(left, a, b)
-    _sort(right, a, b)
+    left[a:b].sort()
+    right[a:b].sort()
     # Sweep: the k-th end closes a piece of the union when only k intervals begin before it.
     length, begun = 0.0, left[a]
     for k in range(a, b - 1):
@@ -346,16 +346,3 @@ def _union_length(left, right, a, b):  # type: ignore[no-untyped-def]
             length += right[k] - begun
             begun = left[k + 1]
     return length + right[b - 1] - begun
-
-
-@njit(cache=True)
-def _sort(values, a, b):  # type: ignore[no-untyped-def]
-    """Sort values[a:b] in place (Shell 1959, gaps of Ciura 2001): few values, quick to compile."""
-    for gap in (701, 301, 132, 57, 23, 10, 4, 1):
-        if gap < b - a:
-            for i in range(a + gap, b):
-                value, k = values[i], i
-                while k >= a + gap and values[k - gap] > value:
-                    values[k] = values[k - gap]
-                    k -= gap
-                values[k] = value

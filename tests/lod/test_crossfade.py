@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 
 from lod.camera import Corner, camera_from_heading
 from lod.crossfade import blend_weights, fade_factors, leaf_area_share, radius_factor
-from lod.errors import InputError
 from lod.metric import METRICS
 from lod.pruner import Cut, Parts, cut_from_parts
 from lod.shapes import Sticks, StickTable
@@ -140,12 +139,6 @@ def test_looks_never_jump(seed, fade):
     assert np.abs(a.leaf - b.leaf).max() <= step
     for shares in (a.inner, a.leaf):
         assert shares.min() >= 0 and shares.max() <= 1
-
-
-@pytest.mark.parametrize("fade", [-0.1, 1.0, float("nan")])
-def test_bad_bands_are_refused(fade):
-    with pytest.raises(InputError, match="fade"):
-        view(fade)
 
 
 def stick(r0: float, r1: float, length: float) -> Sticks:

@@ -110,11 +110,8 @@ def frame_header(
     origin is the grid corner ``lod:corner``, and so is that of ``lod:eye`` [m]. Of a pair they are
     the left eye's, and the right one is ``lod:baseline_m`` to its right. settings: of
     ``frame_settings``, or any nested plain data; settings_in reads them back. date: local, of frame
-    1, in ISO 8601. Raises InputError for a frame rate that cannot be, and for a date beyond the
-    year 9999.
+    1, in ISO 8601. Raises InputError for a date beyond the year 9999.
     """
-    if not (math.isfinite(fps) and 0 < fps <= 1e6):
-        raise InputError("camera.fps", fps, "above 0 frames a second", "try 24")
     about: dict[str, Any] = {}
     attributes: dict[str, Any] = {}
     if camera.baseline_m:

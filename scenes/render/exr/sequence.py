@@ -92,11 +92,6 @@ _MAGIC, _MARKS = b"\x76\x2f\x31\x01", (b"lod:file_sha256\0string", b"lod:frame\0
 _SEARCHED, _SHORTEST_HEADER = 2**16, 2**12
 
 
-def may_name(name: str, frame: int) -> bool:
-    """Say whether a file of that name may be that frame: its number, of four digits, is in it."""
-    return f"{frame:04d}" in name
-
-
 def settings_hash(settings: Mapping[str, Any]) -> str:
     """SHA-256 of the settings as canonical JSON."""
     text = json.dumps(settings, sort_keys=True, separators=(",", ":"), allow_nan=False)

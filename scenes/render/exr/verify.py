@@ -20,7 +20,6 @@ from scenes.render.exr.sequence import (
     Kinds,
     WholeFrame,
     is_remains,
-    may_name,
     owned_folder,
     read_whole,
     sequences_in,
@@ -87,7 +86,7 @@ def expected(name: str, kinds: Kinds) -> list[tuple[int, Settings]]:
 def _check_whole(path: Path, whole: WholeFrame) -> Checked:
     """Check what a hash cannot: the frame's name, and its channels and pixels."""
     numbers = [int(number) for number in _NUMBER.findall(path.name)]
-    if len(numbers) == 1 and not may_name(path.name, whole.frame):
+    if len(numbers) == 1 and f"{whole.frame:04d}" not in path.name:
         wrong = f"its header says that it is frame {whole.frame}"
         return Checked(path, numbers[0], (wrong,), whole.settings)
     try:

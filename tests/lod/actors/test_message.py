@@ -6,12 +6,11 @@ import pytest
 from lod.actors.message import Answer, Refusal, Refused, nearest_route, parse_route
 from lod.errors import InputError
 
-MODULES = ("quaternion", "message", "object_with_parts", "actor")
+MODULES = ("quaternion", "message", "object_with_parts")
 
 
 @pytest.mark.parametrize("module", MODULES)
 def test_the_examples_in_the_docstrings_run(module):
-    # figure 4's request to joe's right foot is the one in lod/actors/actor.py
     outcome = doctest.testmod(importlib.import_module(f"lod.actors.{module}"))
     assert outcome.attempted > 0
     assert outcome.failed == 0

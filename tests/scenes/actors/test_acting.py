@@ -175,12 +175,6 @@ def asks_nobody(me):
     yield ask("nobody", "heading")
 
 
-def loops(me):
-    while True:
-        pass
-    yield
-
-
 def plain_function(me):
     return None
 
@@ -195,13 +189,10 @@ def plain_function(me):
         (chatters, "at most 2000 messages"),
         (gives_a_number, "yields messages"),
         (asks_nobody, "refuses: has no part 'nobody'"),
-        (loops, "does not come to a yield"),
         (plain_function, "use yield in it"),
     ],
 )
 def test_what_a_behaviour_may_not_do_is_one_line(monkeypatch, behaviour, says):
-    if behaviour is loops:
-        monkeypatch.setattr("scenes.actors.behaviour.LONGEST_S", 0.3)
     with pytest.raises(InputError, match=r"actors\.joe\.behaviour") as error:
         with_behaviour(monkeypatch, behaviour)
     assert says in str(error.value)

@@ -173,11 +173,11 @@ def test_homes_are_kept_by_their_share():
     cells = (g.ravel() for g in np.indices((60, 60)))
     everywhere, kept = (instances_in_cells(each, HOME, *cells) for each, cells in
                         zip((stones(None), field), 2 * [tuple(cells)], strict=True))  # fmt: skip
-    share = HABITAT.share(HOME, stones(None).homes(HOME, everywhere.samples))
+    share = HABITAT.share(HOME, stones(None).cells.positions(HOME, everywhere.samples))
     assert len(kept.samples) == pytest.approx(
         share.sum(), abs=4 * np.sqrt(np.sum(share * (1 - share)))
     )
-    assert HABITAT.share(HOME, field.homes(HOME, kept.samples)).min() > 0
+    assert HABITAT.share(HOME, field.cells.positions(HOME, kept.samples)).min() > 0
     assert 0.2 < len(kept.samples) / len(everywhere.samples) < 0.8
 
 

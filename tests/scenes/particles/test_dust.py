@@ -82,7 +82,7 @@ def test_feet_strike_where_the_gait_has_them():
     field, at = it.walkers, view()
     samples = field.sample_cells(HOME, *map(np.ravel, np.indices((9, 9)) - 4))
     variant, pace, rounds = patrol_orbits(field.species, field.prototypes, samples)
-    walks = Walkers(HOME, field.homes(HOME, samples), variant, pace, rounds, 0 * variant)
+    walks = Walkers(HOME, field.cells.positions(HOME, samples), variant, pace, rounds, 0 * variant)
     falls = footfalls(walks, it.legs, np.arange(len(walks)), 3, at.time_s)
     falls = falls.take(it.legs.walks[variant[falls.owner], falls.leg])
     fell = landing(walks, it.legs, falls)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from lod.camera import Corner, camera_from_heading
 from lod.crossfade import blend_weights
-from scenes.frame.frame_input import FrameInput, whole_window
+from scenes.frame.frame_input import FrameInput, Window
 from scenes.frame.layers import SKY_Z
 from scenes.presets.load import load_preset
 from scenes.render import variants
@@ -244,7 +244,7 @@ def test_a_frame_lands_on_the_next(walker):
     _, built, hit, ids = sampled(walker, 5)
     _, _, _, after = sampled(walker, 6)
     height, width = hit.shape[:2]
-    at = places(width, height) + motion_vectors(hit, built, whole_window((width, height)))
+    at = places(width, height) + motion_vectors(hit, built, Window(0, 0, width, height))
     column = np.floor(at[..., 0] + width / 2).astype(int)
     row = np.floor(height / 2 - at[..., 1]).astype(int)
     inside = (0 <= column) & (column < width) & (0 <= row) & (row < height)

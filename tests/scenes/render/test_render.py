@@ -14,7 +14,7 @@ from lod.camera import Corner, ThinLens, camera_from_heading
 from lod.errors import InputError
 from lod.motion import subframe_offsets
 from lod.shapes import Sticks
-from scenes.frame.frame_input import DisplayedRepresentation, FrameInput, Window, whole_window
+from scenes.frame.frame_input import DisplayedRepresentation, FrameInput, Window
 from scenes.presets.load import load_preset
 from scenes.presets.schema import OutputPreset
 from scenes.presets.values import parse_crop
@@ -365,7 +365,7 @@ def test_runs_of_a_picture_fill_a_window_once_and_in_order(given, step):
     expected = picture.reshape(height, width)
     expected = expected[window.top : window.bottom, window.left : window.right]
     np.testing.assert_array_equal(own, expected.ravel())
-    assert window.is_all_of((width, height)) == (window == whole_window((width, height)))
+    assert window.is_all_of((width, height)) == (window == Window(0, 0, width, height))
 
 
 @pytest.mark.parametrize(
