@@ -1,6 +1,7 @@
 """Imported models through the whole program: counted, rendered, resumed, verified, refused."""
 
 import json
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +10,6 @@ import pytest
 from PIL import Image
 
 from bench.cli.commands.model import SIDE
-from bench.cli.main import main
 from lod.errors import InputError
 from scenes.imported.library import keep_model, model_by_digest, read_model
 from scenes.presets.load import load_preset
@@ -18,6 +18,7 @@ from scenes.render.exr.layer_file import read_exr
 from scenes.render.exr.sequence import read_whole
 from scenes.render.frame_session import FrameSession
 from scenes.render.variants import choose
+from tests.said import said
 from tests.scenes.imported.sample_models import lamp_tree, mill
 
 PRESET = """
@@ -46,14 +47,7 @@ spp = 1
 @pytest.fixture
 def run(tmp_path: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Any:
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
-
-    def runner(*words: str) -> tuple[int, str, str]:
-        with pytest.raises(SystemExit) as ended:
-            main(words)
-        out, err = capfd.readouterr()
-        return int(ended.value.code or 0), out, err
-
-    return runner
+    return partial(said, capfd)
 
 
 @pytest.fixture
