@@ -268,11 +268,3 @@ def test_the_behaviour_of_the_page_goes_on_by_answers() -> None:
     said = next(greeting), greeting.send(0.0), greeting.send(None)
     assert [str(each.action) for each in said] == ["heading()", "go(1.2, 30.0)", "near('joe', 4.0)"]
     assert greeting.send(("ann",)) is None
-
-
-def test_a_command_is_made_smaller_by_the_rule() -> None:
-    words, target = smaller(".venv/bin/lodbench render x -o ####.exr --frames 1-24  # a remark")
-    assert words[4:] == ["--frames", "1-2", "--size", "32x18", "--spp", "1"] and target is None
-    words, _ = smaller("lodbench run all -o out --cluster 4")
-    assert words == ["run", "haze", "-o", "out", "--cluster", "2", "--quick"]
-    assert smaller("lodbench show meadow > mine.toml") == (["show", "meadow"], "mine.toml")

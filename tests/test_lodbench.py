@@ -55,14 +55,6 @@ def test_a_frame_in_memory_is_the_frame_of_the_file(
     assert ours - set(frame.header) == {"lod:pixels_sha256", "lod:file_sha256"}
 
 
-def test_a_sequence_keeps_what_is_right(campfire: lodbench.Preset, tmp_path: Path) -> None:
-    pattern = tmp_path / "a.####.exr"
-    first = list(lodbench.render_sequence(campfire, pattern, (1,)))
-    again = list(lodbench.render_sequence(campfire, pattern, (1,)))
-    assert [each["kept"] for each in first + again] == [False, True]
-    assert first[0]["sha256"] == again[0]["sha256"]
-
-
 def test_counts_take_a_name_or_a_preset(campfire: lodbench.Preset) -> None:
     by_name, by_preset = (
         lodbench.count("campfire"),

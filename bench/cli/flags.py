@@ -155,19 +155,14 @@ _PICTURE_FLAGS = (
 )
 
 
-def picture_flags(command: Command) -> Command:
-    """Add the flags that say how pictures for people look to a command."""
-    return reduce(lambda made, flag: flag(made), reversed(_PICTURE_FLAGS), command)
+def _adding(flags: Sequence[Callable[[Command], Command]]) -> Callable[[Command], Command]:
+    """Return a decorator that adds flags to a command."""
+    return lambda command: reduce(lambda made, flag: flag(made), reversed(flags), command)
 
 
-def view_flags(command: Command) -> Command:
-    """Add PRESET and the flags that `render` and `count` share to a command."""
-    return reduce(lambda made, flag: flag(made), reversed(_VIEW_FLAGS), command)
-
-
-def file_flags(command: Command) -> Command:
-    """Add the flags that say how a frame's file is laid out, and what is in it, to a command."""
-    return reduce(lambda made, flag: flag(made), reversed(_FILE_FLAGS), command)
+picture_flags = _adding(_PICTURE_FLAGS)
+view_flags = _adding(_VIEW_FLAGS)
+file_flags = _adding(_FILE_FLAGS)
 
 
 def preset_from_flags(

@@ -54,7 +54,9 @@ def use_kernel_cache(parents: Sequence[Path] | None = None) -> None:
             make_writable(parent)
             _make_usable(parent / name)
             os.utime(parent / name)  # marks it as used
-            _remove_all_but_newest(parent)
+            kernels = sorted(parent.glob("kernels-*"), key=lambda each: each.stat().st_mtime)
+            for old in kernels[:-KEPT]:
+                shutil.rmtree(old, ignore_errors=True)
             os.environ[VARIABLE] = str(parent / name)
             return
         except OSError as error:
@@ -91,9 +93,3 @@ def _make_usable(folder: Path) -> None:
     make_writable(folder)
     if not any(folder.iterdir()) and shutil.disk_usage(folder).free < _ROOM_BYTES:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(folder))
-
-
-def _remove_all_but_newest(parent: Path) -> None:
-    folders = sorted(parent.glob("kernels-*"), key=lambda each: each.stat().st_mtime)
-    for old in folders[:-KEPT]:
-        shutil.rmtree(old, ignore_errors=True)

@@ -11,7 +11,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TextIO, TypeVar
+from typing import TYPE_CHECKING, Any, TextIO
 
 import click
 import numpy as np
@@ -99,8 +99,6 @@ def _plain(value: Any) -> Any:
 
 Progress = Callable[[int, int, str], None]
 """Called with the number done, the number in all, and a name for what comes next."""
-
-_Item = TypeVar("_Item")
 
 _FRAME_FORMAT = (
     "{percentage:3.0f} % {bar} {n:.1f}/{total} frames, {elapsed}, {remaining} left{postfix}"
@@ -214,16 +212,6 @@ def progress_bar(unit: str) -> Iterator[Progress]:
             yield show
         finally:
             _DOING.bar = None
-
-
-def counted(
-    items: Sequence[_Item], unit: str, name: Callable[[_Item], object] = str
-) -> Iterator[_Item]:
-    """Yield items, while a bar shows how many are done, the time left, and which comes next."""
-    with progress_bar(unit) as show:
-        for done, each in enumerate(items):
-            show(done, len(items), str(name(each)))
-            yield each
 
 
 def tell_first_run() -> None:

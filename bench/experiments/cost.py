@@ -219,12 +219,10 @@ _LABELS = {"blake": "pruned", "full": "unpruned"}
 
 
 def _cost_plots(record: Record) -> Iterator[Plot]:
-    if sizes := where(record.points, what="size"):
-        yield _sizes_plot(sizes)
-
-
-def _sizes_plot(points: Sequence[Point]) -> Plot:
     """Draw stages, one on the other, and memory, of both sides of every size of world."""
+    points = where(record.points, what="size")
+    if not points:
+        return
     panels: list[Panel] = []
     told = {}
     for (kind,), row in grouped(points, "kind").items():
@@ -261,7 +259,7 @@ def _sizes_plot(points: Sequence[Point]) -> Plot:
         "sticks: nothing is instanced. Times are those of one machine."
     )
     title, caption = (each[:1].upper() + each[1:] for each in (title, caption))
-    return figure("stages", title, caption, panels)
+    yield figure("stages", title, caption, panels)
 
 
 def _world_plots(record: Record) -> Iterator[Plot]:

@@ -267,19 +267,13 @@ def exponent(
     return _estimate(float(_slopes(sums.sum(axis=0))), drawn, counts.shape[1])
 
 
-def line(counts: Counts, distances: Distances, chosen: Chosen) -> tuple[float, float]:
-    """Return the exponent and the factor of the line fitted by ``exponent``."""
-    sums = _sums(counts, distances, chosen).sum(axis=0)
-    slope = float(_slopes(sums))
-    return slope, float(np.exp((sums[2] - slope * sums[1]) / sums[0]))
-
-
 def halves(counts: Counts, distances: Distances, chosen: Chosen) -> tuple[float, float]:
     """Return the exponents of the nearer and of the farther half of the chosen range, in ratio."""
     rows = np.flatnonzero(chosen.any(axis=1))
     middle = np.sqrt(distances[rows[0]].min() * distances[rows[-1]].max())
     near = distances <= middle
-    nearer, farther = (line(counts, distances, chosen & half)[0] for half in (near, ~near))
+    fits = (_sums(counts, distances, chosen & half).sum(axis=0) for half in (near, ~near))
+    nearer, farther = (float(_slopes(each)) for each in fits)
     return nearer, farther
 
 

@@ -37,6 +37,8 @@ MOST_ERROR = EQUAL_ERROR
 BAND_MARGIN = 0.02
 """How far a band's luminance and coverage may be from the reference's, as a share."""
 
+SHADED = 1 - BAND_MARGIN, 1 + BAND_MARGIN
+
 CONTROL = 0.002
 """How far from 0 the fit may find the error of a reference against itself."""
 
@@ -101,7 +103,8 @@ def _shipped_claims(points: Sequence[Point]) -> Iterator[Claim]:
         light = two_sided_mean(shipped.light_ratios(point))
         estimand = "luminance ratio of the land at shipped settings"
         yield of_place(estimand, within(1, 0.01), preset, light)
-        off = exactly(float(shipped.bands_off(point)))
+        tones = shipped.judged_bands(point).values()
+        off = exactly(float(sum(abs(tone.mean() - 1) > BAND_MARGIN for tone in tones)))
         estimand = f"bands of distance whose luminance is off by more than {100 * BAND_MARGIN:g} %"
         yield _claim(estimand, at_most(0), preset, off, unit=UNREPLICATED)
 
@@ -209,8 +212,7 @@ def _by_distance(points: Sequence[Point]) -> Iterator[Plot]:
                     ratios += [abs(e.value - 1) for e in found.values()]
         same = estimate is same_place
         axis, scale = ("distance (m)", name), ("log", "log" if same else "linear")
-        between = None if same else (1 - BAND_MARGIN, 1 + BAND_MARGIN)
-        panels.append(Panel("", axis, drawn, scale, between=between))
+        panels.append(Panel("", axis, drawn, scale, between=None if same else SHADED))
     if ratios:
         inside = sum(r <= BAND_MARGIN for r in ratios)
         title = (
@@ -312,14 +314,13 @@ def _bands_plot(points: Sequence[Point]) -> Plot:
         "Presets at their shipped settings: means over places by bands that are even in the "
         "logarithm, from twice the height of the eye to where air or ground ends. Shaded: ± 2 %."
     )
-    between = 1 - BAND_MARGIN, 1 + BAND_MARGIN
     panels = [
         Panel(
             "",
             ("band of distance, near to far", f"{what} ÷ the reference's"),
             drawn,
             ("linear", "linear"),
-            between=between,
+            between=SHADED,
         )
         for what, drawn in (("luminance", lit), ("coverage", filled))
     ]
@@ -344,8 +345,7 @@ def _cover_plots(record: Record) -> Iterator[Plot]:
         if drawn:
             off[bare] = max(abs(y - 1) for each in drawn for y in each.y)
             axis = "distance (m)", "luminance ÷ unpruned"
-            between = 1 - BAND_MARGIN, 1 + BAND_MARGIN
-            panels.append(Panel(words, axis, drawn, ("log", "linear"), between=between))
+            panels.append(Panel(words, axis, drawn, ("log", "linear"), between=SHADED))
     title = "Luminance by distance, against the unpruned scene"
     if len(off) == 2:
         title = (

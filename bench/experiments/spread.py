@@ -154,11 +154,11 @@ def measure_spread(named: Named, detail: float, fields: int, seed: int) -> Point
     return _point("spread", named, detail, columns({"parts": found}))
 
 
-def detail_within(pattern: Pattern, budget: float, share: float = SHARE) -> float:
-    """Predict the finest τ [px] at which a share of all frames is within a budget of parts."""
+def detail_within(pattern: Pattern, budget: float) -> float:
+    """Predict the finest τ [px] at which SHARE of all frames is within a budget of parts."""
 
     def over(logarithm: float) -> float:
-        return math.log(pattern.predict(math.exp(logarithm)).quantile(share) / budget)
+        return math.log(pattern.predict(math.exp(logarithm)).quantile(SHARE) / budget)
 
     coarse = math.log(PIXELS[pattern.species][0])
     return math.exp(brentq(over, coarse - 1.5, coarse + 2.5, xtol=1e-4))
@@ -278,10 +278,6 @@ def _spread_cases(fields: int, stems: Stems | None) -> list[MeasuredCase]:
     ]
 
 
-def _budget_cases(walks: int, frames: int, stems: Stems | None) -> list[MeasuredCase]:
-    return [partial(measure_budget, named, walks, frames) for named in _patterns(stems)]
-
-
 EXPERIMENT = Experiment(
     name="spread",
     question="How much does a frame's number of parts vary, and which τ keeps it within a budget?",
@@ -299,7 +295,9 @@ EXPERIMENT = Experiment(
         ),
         "budget": Topic(
             about="the τ that keeps 99 of 100 frames of a walk within a budget of parts",
-            cases=_budget_cases,
+            cases=lambda walks, frames, stems: [
+                partial(measure_budget, named, walks, frames) for named in _patterns(stems)
+            ],
             claims=_budget_claims,
             plots=_budget_plots,
             accepts_stems=True,

@@ -18,9 +18,6 @@ it: two renders of one scene have an a near 0, which tells how far the fit can b
 
 The land's luminance is summed over rays, each of which is of one place alone: pictures of one
 sample a pixel have a distance for every ray, and no pixel is half land and half sky.
-
-One-sided bounds are Student's t: the truth is above the upper bound in 5 % of experiments, and
-below the lower bound in 5 %, so both together are a two-sided 90 % interval.
 """
 
 from collections.abc import Iterable, Sequence

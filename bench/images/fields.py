@@ -129,7 +129,9 @@ class Field:
             f"camera.heading={(20 + self.number * TURN_DEG) % 360:g}",
         )
         if self.view == GRASS:
-            return preset_from(_grass_alone(), (*_GRASS, *settings), "meadow")
+            meadow = load_preset("meadow").model_dump(mode="json")
+            grass = {"sward": meadow["species"]["sward"] | {"metric": None}}
+            return preset_from(meadow | {"species": grass}, (*_GRASS, *settings), "meadow")
         return load_preset("meadow", (*_WORLD, *VIEWS[self.view], *settings))
 
     @property
@@ -138,11 +140,6 @@ class Field:
         if not self.unseen:
             return PROTOTYPE_SEED
         return first_seed(True, 1) + self.number % PROTOTYPE_SETS
-
-
-def _grass_alone() -> dict[str, Any]:
-    meadow = load_preset("meadow").model_dump(mode="json")
-    return meadow | {"species": {"sward": meadow["species"]["sward"] | {"metric": None}}}
 
 
 @lru_cache(maxsize=1)
@@ -203,13 +200,17 @@ def pictures_of(points: Sequence[Point]) -> list[dict[str, Any]]:
 def _one(field: Field, variant: str, seed: int) -> dict[str, Any]:
     scene = scene_of(field, seed)
     world, view = scene.world, scene.view(1)
-    whole = _picture(field, reference(world, view), variant, seed)
+
+    def picture(shown: Shown) -> np.ndarray:
+        return render_frame(_input(field, shown, variant, seed, SHOWN_SPP)).rgb.astype(np.float64)
+
+    whole = picture(reference(world, view))
     exposure = auto_exposure(whole)
     layers = {"the reference": _bytes(to_srgb(whole, exposure))}
     maps = {}
     for detail in SHOWN_PX:
         shown = displayed(world, view, EVERYTHING, "blake", detail)
-        pruned = to_srgb(_picture(field, shown, variant, seed), exposure)
+        pruned = to_srgb(picture(shown), exposure)
         layers[f"pruned, τ = {detail:g} px"] = _bytes(pruned)
         difference = flip_map(pruned, to_srgb(whole, exposure))
         maps[f"where it differs, τ = {detail:g} px"] = _bytes(difference)
@@ -221,10 +222,6 @@ def _one(field: Field, variant: str, seed: int) -> dict[str, Any]:
     alt = f"The {field.view} view: people and trees on a meadow."
     name = f"fidelity-{field.view.replace(' ', '-')}"
     return pictures(name, (f"Look at it: {field.view}", caption, alt), layers | maps)
-
-
-def _picture(field: Field, shown: Shown, variant: str, seed: int) -> np.ndarray:
-    return render_frame(_input(field, shown, variant, seed, SHOWN_SPP)).rgb.astype(np.float64)
 
 
 def _input(field: Field, shown: Shown, variant: str, seed: int, spp: int) -> FrameInput:

@@ -50,9 +50,6 @@ GROUND, REST = "ground alone", "all but the ground"
 BANDS = 8
 """The number of bands of distance."""
 
-MOST_LIGHT_OF_BAND = 0.02
-"""How far a band's mean luminance may be from the reference's."""
-
 LEAST_SHARE = 0.01
 """The share of the land's rays from which on a band of distance is judged."""
 
@@ -317,12 +314,6 @@ def judged_bands(point: Point) -> dict[int, Reals]:
         for k, h in enumerate(here)
         if h.any()
     }
-
-
-def bands_off(point: Point) -> int:
-    """Count the bands whose mean luminance over places is farther off than it may be."""
-    tones = judged_bands(point).values()
-    return sum(bool(abs(tone.mean() - 1) > MOST_LIGHT_OF_BAND) for tone in tones)
 
 
 def _sums(point: Point) -> list[np.ndarray]:

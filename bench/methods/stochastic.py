@@ -111,6 +111,10 @@ def drawn_shares(count: IntArray, share: FloatArray) -> tuple[IntArray, IntArray
     return owner, number, np.where(whole[owner], 1.0, fading)
 
 
+def _no_parts() -> Any:
+    raise NotImplementedError("sticks drawn at random belong to whole objects alone")
+
+
 def toward_mean(tints: np.ndarray, mean: np.ndarray) -> np.ndarray:
     """Return the tints at every step from their mean (step 0) to themselves, one after another."""
     steps = np.arange(CONTRASTS + 1)[:, None, None] / CONTRASTS
@@ -146,19 +150,10 @@ def _shown(field: SpeciesField, mine: Elements, view: View, detail: float) -> An
     posed = emit(tables.pose_tables, tables.part_tables, instances, np.arange(n), chosen)
     zeros = np.zeros(n, np.int64)
     cut = Cut(np.arange(n), zeros, zeros, zeros - 1, examined, len(row), _no_parts)
-    muted = _muted(posed, np.sqrt(share)[owner], mine.mean_tint)
+    step = np.rint(np.sqrt(share)[owner] * CONTRASTS).astype(np.int64)
+    tints = toward_mean(np.asarray(posed.tints), mine.mean_tint)
+    muted = replace(posed, tint=posed.tint + step * len(posed.tints), tints=tints)
     return DisplayedRepresentation(field.name, cut, muted)
-
-
-def _muted(sticks: Sticks, contrast: FloatArray, mean: np.ndarray) -> Sticks:
-    """Return the sticks with colours nearer to the mean, by a contrast from 0 to 1 for each."""
-    step = np.rint(contrast * CONTRASTS).astype(np.int64)
-    tint = sticks.tint + step * len(sticks.tints)
-    return replace(sticks, tint=tint, tints=toward_mean(np.asarray(sticks.tints), mean))
-
-
-def _no_parts() -> Any:
-    raise NotImplementedError("sticks drawn at random belong to whole objects alone")
 
 
 STOCHASTIC = Method(

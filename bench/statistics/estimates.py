@@ -138,9 +138,8 @@ def two_sided_paired_ratio(counts: Reals, wholes: Reals) -> Estimate:
     n = len(counts)
     if n < 2 or len(wholes) != n or not (wholes > 0).any():
         raise InputError("paired_ratio", (n, len(wholes)), "2 pairs or more, not all of nothing")
-    value = float(counts.sum() / wholes.sum())
     without = (counts.sum() - counts) / (wholes.sum() - wholes)
-    return student_interval(value, math.sqrt((n - 1) * float(without.var())), n - 1, n)
+    return _jackknife(float(counts.sum() / wholes.sum()), without)
 
 
 def two_sided_ratio_of_means(sums: Reals, counts: Reals, wholes: Reals, out_of: Reals) -> Estimate:
@@ -156,7 +155,12 @@ def two_sided_ratio_of_means(sums: Reals, counts: Reals, wholes: Reals, out_of: 
         raise InputError("ratio_of_means", n, rule)
     total = [each.sum() for each in columns]
     value = float(total[0] / total[1] / (total[2] / total[3]))
-    without = rest[0] / rest[1] / (rest[2] / rest[3])
+    return _jackknife(value, rest[0] / rest[1] / (rest[2] / rest[3]))
+
+
+def _jackknife(value: float, without: Reals) -> Estimate:
+    """Return an estimate from its values without each one of the pairs or groups, (n,)."""
+    n = len(without)
     return student_interval(value, math.sqrt((n - 1) * float(without.var())), n - 1, n)
 
 
@@ -205,10 +209,9 @@ def one_sided_mean(values: Reals) -> Estimate:
     n = len(values)
     if n < 2:
         raise InputError("values", n, "two or more, to bound their mean")
-    error = float(values.std(ddof=1)) / math.sqrt(n)
-    reach = float(stats.t.ppf(0.95, n - 1)) * error
-    mean = float(values.mean())
-    return Estimate(mean, mean - reach, mean + reach, error, 1.0, n)
+    found = two_sided_mean(values)
+    reach = float(stats.t.ppf(0.95, n - 1)) * found.standard_error
+    return replace(found, low=found.value - reach, high=found.value + reach)
 
 
 def two_sided_factor(values: Reals) -> Estimate:

@@ -3,12 +3,7 @@
 Errors are heteroscedasticity-consistent (HC3: MacKinnon & White, J. Econometrics 29, 1985), because
 whether the scatter of a time is in proportion to the time is not known. Functions touch no files.
 
-What is the error of a picture with all noise taken away? Fitted from a few counts of samples.
-
-The mean FLIP of two renders with other seeds grows with their noise, whose standard deviation falls
-as 1/√N with N samples a pixel. So errors at several N are fitted by a + b/√N (least squares), and a
-is what is left where nothing is noisy. Nothing is subtracted from it: two renders of one scene have
-an a near 0, which tells how far the fit can be trusted. Functions here touch no files.
+Errors of pictures without their noise are fitted as ``bench.images.differences`` says.
 """
 
 import numpy as np

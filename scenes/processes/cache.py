@@ -10,7 +10,8 @@ made each time.
 
 What is fitted for the presets comes with the package, in ``FITTED``, where it is found by its key
 alone: entries of a cache that the program filled from nothing. ``python -m tests.tools.fitted``
-writes the file, and a slow test makes all of it again and compares.
+writes the file; with ``--check`` it makes all of it again and compares, as a slow test does for
+one preset.
 """
 
 import errno

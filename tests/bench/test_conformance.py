@@ -10,8 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from bench.cli.main import main
-from bench.conformance import FORMULA, broken_plugin_rules, rabbits
+from bench.conformance import FORMULA, broken_plugin_rules
 from bench.counting import scaling_grid
 from bench.experiment import experiments
 from bench.experiments.law import EXPERIMENT as law
@@ -21,11 +20,11 @@ from bench.runs import sources
 from bench.statistics.estimates import StoppingRule
 from lod.errors import InputError
 from lod.metric import METRICS, Metric
-from lod.pruner import prune
 from scenes import plugins
 from scenes.plugins import plugin_by_name
 from scenes.render.variants import choose, trusting
 from tests.bench.edited import with_cases
+from tests.said import said
 
 EXPERIMENTS = experiments()
 
@@ -50,12 +49,6 @@ def package(monkeypatch):
     yield
     for each in caches:
         each.cache_clear()
-
-
-def said(capfd, *arguments):
-    with pytest.raises(SystemExit) as left:
-        main(arguments)
-    return left.value.code, *capfd.readouterr()
 
 
 def test_nothing_is_installed_here():
@@ -165,12 +158,6 @@ WRONG = {
 def test_every_rule_of_a_formula_notices(rule):
     assert list(rule(METRICS["blake"])) == []
     assert list(rule(Metric("wrong", WRONG[rule.__name__], "wrong")))
-
-
-def test_the_field_that_tries_metrics_shows_some_parts_and_not_all():
-    subject = rabbits("blake")
-    shown, all_parts = (len(prune(subject.make(), subject.view(m))) for m in ("blake", "full"))
-    assert 30 < shown < 0.9 * all_parts
 
 
 @pytest.mark.usefixtures("package")

@@ -9,7 +9,6 @@ from pathlib import Path
 import pytest
 
 from bench import runs
-from bench.cli.main import main
 from bench.experiment import experiments
 from bench.records.probe import CASES
 from bench.records.records import read_record
@@ -26,6 +25,7 @@ from bench.runs import (
 from lod.errors import InputError
 from scenes.processes.ownership import owned
 from tests.bench.edited import with_cases
+from tests.said import said
 
 PAGE = Path(__file__).parents[2] / "docs" / "extend.md"
 
@@ -43,13 +43,6 @@ def tiny(tmp_path, monkeypatch):
     experiments.cache_clear()
     yield experiments()["tiny"]
     experiments.cache_clear()
-
-
-def said(capfd, *words):
-    with pytest.raises(SystemExit) as left:
-        main([*map(str, words)])
-    out, err = capfd.readouterr()
-    return left.value.code, out, err
 
 
 def test_one_file_is_listed_run_resumed_and_reported(tiny, tmp_path, capfd):

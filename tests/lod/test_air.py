@@ -28,7 +28,6 @@ from lod.air import (
     extinction_from_visibility,
     haze_extinction,
     least_extinction,
-    mist_extinction,
     optical_depth,
     rayleigh_extinction,
     rgb_extinction,
@@ -73,12 +72,6 @@ def test_pure_air_scatters_as_published():
 )
 def test_exponent_of_kim(km, q):
     assert angstrom_exponent(1000.0 * km) == pytest.approx(q)
-
-
-def test_exponent_is_continuous_and_never_falls():
-    q = np.array([angstrom_exponent(V) for V in np.geomspace(50, 3e5, 4000)])
-    assert (np.diff(q) >= 0).all()
-    assert np.diff(q).max() < 0.02
 
 
 @given(V=st.floats(2000, 3e5))
@@ -139,38 +132,16 @@ def test_no_path_is_clearer_than_the_least_extinction(haze, mist, start, end, to
     assert (depth >= least_extinction(air, max(start, end) + top) * (1 - 1e-12)).all()
 
 
-def test_least_extinction_is_that_of_red_and_of_the_top():
-    air = Air(20e3, Mist(100.0, 0.0, 50.0))
-    assert least_extinction(air) == rgb_extinction(air)[0]
-    assert (
-        least_extinction(air, 100.0) == extinction(air, np.array([100.0]), rgb_wavelengths())[0, 0]
-    )
-    assert mist_extinction(air, GREEN)[0] == pytest.approx(math.log(50) / 100)
-
-
 @pytest.mark.parametrize("V", [0.0, -1.0, 0.5, math.inf, math.nan, 4e5])
 def test_bad_visibility_is_refused(V):
     with pytest.raises(InputError, match="visibility"):
         Air(V)
 
 
-@pytest.mark.parametrize(
-    "mist", [(0.0, 0.0, 1.0), (1e3, math.nan, 1.0), (1e3, 0.0, 0.0), (1e3, 0.0, math.inf)]
-)
-def test_bad_mist_is_refused(mist):
-    with pytest.raises(InputError):
-        Mist(*mist)
-
-
 @pytest.mark.parametrize("wavelength", [0.55, 5500.0, math.nan])
 def test_wavelengths_are_in_nanometres(wavelength):
     with pytest.raises(InputError, match="wavelength"):
         haze_extinction(Air(1e4), np.array([wavelength]))
-
-
-def test_a_height_that_is_no_number_is_refused():
-    with pytest.raises(InputError, match="height"):
-        least_extinction(CLEAR, math.nan)
 
 
 def test_the_three_wavelengths_are_the_centroids_of_the_channels():

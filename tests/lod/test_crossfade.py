@@ -48,14 +48,6 @@ def random_cut(seed: int) -> Cut:
 # Without fading
 
 
-def test_all_none_and_some_of_the_parts_displayed():
-    seen = blend_weights(cut([-1, 0, 0, -1, 3, -1], [1, 0.25, 0.75, 1, 0.3, 1], 1.0), view(0.0))
-    assert seen.inner.tolist() == [1, 0, 0, 1, 0, 0]
-    assert seen.leaf == pytest.approx([0, 1, 1, 0.7, 1, 1])
-    assert seen.leaf[0] == 0, "nothing is left over by rounding"
-    assert np.array_equal(seen.hidden_area, seen.leaf)
-
-
 @given(seed=st.integers(0, 2**32))
 def test_without_fading_areas_add_up(seed):
     some = random_cut(seed)
@@ -175,13 +167,6 @@ def test_a_tapering_stick_nearly_so(taper, length, share):
     assert mean_outline(thinned(whole, share)) == pytest.approx(
         share * mean_outline(whole), rel=0.03
     )
-
-
-def test_long_sticks_thin_by_the_share_and_blobs_by_its_root():
-    thin = thinned(stick(1.0, 0.9, 1e6), 0.25)
-    assert thin.start_radius[0] == pytest.approx(0.25, rel=1e-4)
-    assert thin.end_radius[0] == pytest.approx(0.9 * 0.25, rel=1e-4)
-    assert thinned(stick(1.0, 1.0, 0.0), 0.25).start_radius[0] == pytest.approx(0.5)
 
 
 # What a leaf appearance shows for the parts that are hidden

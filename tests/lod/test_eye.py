@@ -97,12 +97,6 @@ def test_classes_round_up(contrast):
     assert row == 0 or contrast > CONTRAST_CLASSES[row - 1]
 
 
-def test_what_matches_its_surroundings_keeps_the_least_class():
-    nothing = inherent_contrast(np.zeros(1), np.zeros(1), np.zeros(1))
-    assert contrast_class(nothing).tolist() == [0]
-    assert contrast_class(inherent_contrast(*one(1, 0, 0))).tolist() == [len(CONTRAST_CLASSES) - 1]
-
-
 @pytest.mark.parametrize("bad", [(-1, 1, 1), (1, math.nan, 1), (math.inf, 1, 1), (1, 1, -1)])
 def test_bad_luminances_are_refused(bad):
     with pytest.raises(InputError, match="luminance"):

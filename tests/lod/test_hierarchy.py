@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lod.errors import InputError
-from lod.hierarchy import Hierarchy, max_over_tied, representative
+from lod.hierarchy import Hierarchy, representative
 from lod.metric import METRICS, limit_distances
 from lod.shapes import StickTable
 from scenes.sticks.prototype import PartPlaces, assemble_prototype
@@ -24,13 +24,6 @@ def chain(**changes):
         "separation": [0.0, 1.0, 1.0],
     }
     return Hierarchy(**{k: np.array(v) for k, v in (fields | changes).items()})
-
-
-def test_depth_and_parts():
-    tree = chain(parent=[-1, 0, 0], level=[0, 1, 1])
-    assert tree.depth.tolist() == [0, 1, 1]
-    assert tree.part_count.tolist() == [2, 0, 0]
-    assert tree.order[tree.first_part[0] :][:2].tolist() == [1, 2]
 
 
 def test_arrays_cannot_be_written():
@@ -96,13 +89,6 @@ def test_an_only_part_that_is_smaller_goes_before_its_whole():
     assert np.array_equal(h.position[:, 0], (0, 3))
     D = limit_distances(h, METRICS["blake"], 0.01)
     assert D[1] < D[0]
-
-
-def test_one_that_grows_by_its_part_is_compared_as_such():
-    """The last is larger than the first, and so what it is one with is one with the first."""
-    assert representative(np.array([-1, 0, 1]), np.array([2.0, 1.0, 3.0])).tolist() == [0, 0, 0]
-    assert representative(np.array([-1, 0, 1]), np.array([4.0, 1.0, 3.0])).tolist() == [0, 1, 1]
-    assert max_over_tied(np.array([4.0, 1.0, 3.0]), np.array([0, 1, 1])).tolist() == [4.0, 3.0, 3.0]
 
 
 trees = st.lists(st.tuples(st.integers(0, 9), st.integers(1, 5)), max_size=12)

@@ -168,11 +168,6 @@ def test_what_flickers_faster_than_the_limit_is_smaller_than_its_smear(speed, fr
         assert (half_period < smear) == (speed * frequency > limit)
 
 
-def test_the_shutter_and_the_eye_add_as_variances_do():
-    assert integration_time_s(1 / 48) ** 2 == pytest.approx((1 / 48) ** 2 + (1 / 60) ** 2)
-    assert integration_time_s(1e3) == pytest.approx(1e3)
-
-
 def test_the_rate_that_looks_smooth_is_the_published_one():
     """At rest the limit of flicker, and u_l more for each degree a second."""
     assert critical_hz(np.array((0.0, 2.0)), 10.0).tolist() == [LIMIT_HZ, LIMIT_HZ + 20]

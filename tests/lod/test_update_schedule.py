@@ -8,11 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lod.shapes import Sticks
 from lod.update_schedule import (
     WINDOW,
     TruePose,
-    apply_state,
     budget_rule,
     displacement_px,
     initial_state,
@@ -121,13 +119,3 @@ def test_every_part_has_its_turn_once_in_a_window_and_turns_are_spread():
     turns = np.array([refresh_due(np.arange(640), frame) for frame in range(1, WINDOW + 1)])
     assert (turns.sum(axis=0) == 1).all()
     assert (turns.sum(axis=1) == 640 / WINDOW).all()
-
-
-def test_kept_sticks_stand_as_they_were_drawn_and_the_others_as_they_are():
-    drawn = step(initial_state(posed([0.0, 0.0])), posed([0.001, 0.9]), threshold_rule(0.5))
-    now = posed([0.002, 0.95])
-    ones = np.ones(2)
-    sticks = Sticks(now.start, now.end, ones, ones, np.zeros(2), np.zeros((1, 3)), now.owner)
-    kept = apply_state(drawn, sticks)
-    assert kept.start[:, 0].tolist() == [0.0, 0.95]
-    assert kept.end[:, 0].tolist() == [0.0, 0.95]

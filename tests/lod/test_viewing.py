@@ -35,7 +35,6 @@ from lod.viewing import (
     ViewingConditions,
     WeightedDistance,
     blur_widths,
-    display_frequency,
     eye_width,
     gaussian_transfer,
     perceptual_limits,
@@ -70,8 +69,7 @@ def distances(W):
     return np.unique(every)
 
 
-@pytest.mark.slow
-@settings(max_examples=10_000)
+@settings(max_examples=300)
 @given(
     visibility_m=AIRS,
     contrast=CONTRASTS,
@@ -139,9 +137,9 @@ def direct(contrast, beta, m, display, eye, d):
     return d * max(1.0, f_m / f_s)
 
 
-@pytest.mark.parametrize("contrast", [0.1, 0.5, 1.0])
-@pytest.mark.parametrize("visibility_m", [500.0, 5e3, 5e4])
-@pytest.mark.parametrize("detail", [0.5, 1.0, 3.0])
+@pytest.mark.parametrize("contrast", [0.1, 1.0])
+@pytest.mark.parametrize("visibility_m", [500.0, 5e4])
+@pytest.mark.parametrize("detail", [0.5, 3.0])
 @pytest.mark.parametrize("display", [Display(), Display(30.0, 10.0, 25.0)])
 def test_table_against_the_definition(contrast, visibility_m, detail, display):
     """Never above the curve, and within two steps of frequency below it."""
@@ -155,15 +153,6 @@ def test_table_against_the_definition(contrast, visibility_m, detail, display):
     assert np.isinf(got[-1])
     assert (got[:-1] <= exact[:-1] * (1 + 1e-5)).all()
     assert (got[:-1] >= exact[:-1] * 0.99).all()
-
-
-def test_haze_takes_large_far_parts_and_leaves_small_near_ones():
-    """V = 2 km, grey on grey: what could be seen at 300 m still is; 3 km and 30 km end together."""
-    W = tabulated(2e3, 0.2, Display(), Eye(), 1.0)
-    small, large, largest = W.inverse(np.array([300.0, 3e4, 3e5]))
-    assert small == 300
-    assert large == largest == W.vanishing_distance
-    assert 2000 < W.vanishing_distance < 4000
 
 
 def test_a_fine_display_hides_what_is_faint_even_in_clear_air():
@@ -211,11 +200,6 @@ def test_the_blur_of_the_eye_counts_once():
     assert (shaken.weight(d) > 1.05 * alone.weight(d)).any()
 
 
-def test_a_pixel_is_half_a_period_on_the_display():
-    assert display_frequency(PIXEL, BlurWidths(PIXEL), Display(60.0)) == pytest.approx(30.0)
-    assert display_frequency(3 * PIXEL, BlurWidths(PIXEL), Display(60.0)) == pytest.approx(10.0)
-
-
 @pytest.mark.parametrize("bad", [-1.0, math.nan])
 def test_bad_distances_are_refused(bad):
     with pytest.raises(InputError):
@@ -242,15 +226,6 @@ def test_a_table_that_is_no_weighted_distance_is_refused(d, w, beyond):
         WeightedDistance(np.array(d), np.array(w), beyond)
 
 
-ANGLE = st.floats(1e-6, 1e-2)
-
-
-def test_quadrature_by_hand():
-    assert BlurWidths(3.0, 4.0).effective == pytest.approx(5)
-    assert BlurWidths(1.0, 2.0, 2.0, 4.0).effective == pytest.approx(5)
-    assert BlurWidths(3.0, 7.0, 4.0).before_eye == pytest.approx(5)
-
-
 def sigma_of(x, kernel):
     return math.sqrt(np.sum(kernel * x**2) / np.sum(kernel))
 
@@ -267,14 +242,6 @@ def test_widths_of_convolved_blurs_add_in_quadrature():
     )
 
 
-@given(width=ANGLE, f=st.floats(0.1, 1e3))
-def test_transfer_is_the_fourier_transform_of_the_gaussian(width, f):
-    sigma = width / math.sqrt(12)
-    assert gaussian_transfer(width, np.array([f]))[0] == pytest.approx(
-        math.exp(-2 * (math.pi * sigma * f) ** 2)
-    )
-
-
 def test_transfer_of_the_eye_is_bartens():
     display, eye = Display(), Eye()
     f = np.array([1.0, 5, 20, 40])
@@ -285,16 +252,6 @@ def test_transfer_of_the_eye_is_bartens():
 def test_width_of_the_standard_observer():
     """σ₀ = 0.5', C_ab = 0.08'/mm and a pupil of 2.86 mm: σ = 0.550', so √12·σ = 1.90'."""
     assert math.degrees(eye_width(Display(), Eye())) * 60 == pytest.approx(1.904, abs=2e-3)
-
-
-@given(pixel=ANGLE, ppd=st.floats(20, 120))
-def test_the_eye_covers_the_same_pixels_of_any_camera(pixel, ppd):
-    display, eye = Display(ppd), Eye()
-    seen = blur_widths(pixel, display, eye)
-    assert seen.eye / pixel == pytest.approx(eye_width(display, eye) / display.pixel_angle)
-    # A display that shows every pixel under the camera's own angle leaves the eye as it is.
-    own = Display(1 / math.degrees(pixel))
-    assert blur_widths(pixel, own, eye).eye == pytest.approx(eye_width(own, eye))
 
 
 CAMERA = camera_from_heading(Corner(0, 0), np.array([0.0, 0.0, 2.0]), 0.0, 0.0, 60.0, (640, 360))
@@ -400,12 +357,6 @@ def test_a_view_weighs_in_view_and_out_of_it_each_with_its_own_detail():
     assert (outside == limit_distances(tree, METRICS["blake"], 4 * view.m, sight)).all()
     assert (outside < limit_distances(tree, METRICS["blake"], 4 * view.m)).any()
     assert sight.weighted(0.5, view.m) is not sight.weighted(0.5, view.m_offscreen)
-
-
-def test_along_an_axis_the_depth_is_weighed():
-    sight = ViewingConditions(BlurWidths(VIEW_PIXEL), BETA, acuity=False)
-    view, tree = View(CAMERA, METRICS["depth"], conditions=sight), tree_of(3, 3)
-    assert (view.limits(tree)[0] == limit_distances(tree, METRICS["blake"], view.m, sight)).all()
 
 
 def test_another_cameras_pixel_and_a_contrast_beyond_scales_are_refused():

@@ -13,7 +13,6 @@ from lod.pruner import prune, prune_by_level
 from lod.shapes import Sticks, batches_of
 from lod.view import distance
 from scenes.presets.load import load_preset
-from scenes.rig.rigged_prototype import speed_bound
 from scenes.scene import Scene
 
 SMALL = ("render.size=160x90", "camera.speed=0", "species.tree.prototypes=1", "terrain.amplitude=6")
@@ -162,11 +161,6 @@ def _everything(n):
     return BlendWeights(np.ones(n), np.ones(n))
 
 
-def test_what_cannot_move_does_not_swing():
-    made, _ = view_of("meadow")
-    assert all(speed_bound(p) == 0 for field in made.fields for p in field.prototypes.rigged)
-
-
 def length_of(exposed, view, start, end):
     """L/θ of a point, from where it is on the scale of smears."""
     rows, none = [np.array([each], float) for each in (start, end)], np.zeros(1)
@@ -214,10 +208,6 @@ def test_a_steady_pan_hides_in_every_frame_what_it_hides_by_itself():
     alone = replace(view, shutter=replace(view.shutter, neighbour=None))
     for each in made.representations:
         assert same_bits(prune(each, view), prune(each, alone))
-
-
-def test_smear_off_pays_no_heed_to_motion():
-    assert view_of("meadow", *PAN, "view.smear=off")[1].shutter is None
 
 
 def test_what_motion_hides_leaves_its_cover_on_the_ground():

@@ -6,12 +6,12 @@ from functools import cache
 import numpy as np
 import pytest
 
-from lod.air import Air, Mist, haze_extinction, least_extinction, rgb_extinction
+from lod.air import Air, Mist, least_extinction, rgb_extinction
 from lod.eye import CONTRAST_CLASSES, Display, Eye
 from lod.pruner import prune
 from lod.update_schedule import WINDOW
 from lod.view import compile_view, in_view, sphere_in_frustum
-from scenes.presets.load import load_preset, preset_names
+from scenes.presets.load import load_preset
 from scenes.scene import Scene, frame_quality
 from scenes.world.sun_and_sky import preset_air, sun_and_sky
 
@@ -91,23 +91,6 @@ def test_mist_counts_only_as_far_up_as_anything_reaches():
     assert high == pytest.approx(least_extinction(Air(5000.0)), rel=1e-9)
 
 
-def test_nothing_reaches_above_the_top():
-    preset = load_preset("zoo", ["render.size=160x90", "air.mist=1km", "species.tree.density=0"])
-    scene = Scene(preset)
-    world = scene.world
-    for each in world.fields:
-        parts = prune(each, scene.view(1)).parts
-        assert (parts.centre[:, 2] <= world.top_m).all()
-
-
-@pytest.mark.parametrize("name", [name for name, _ in preset_names()])
-def test_presets_look_through_their_own_air_and_no_eye(name):
-    preset = load_preset(name)
-    assert preset.display is None
-    assert preset.eye is None
-    assert preset.view.haze_aware
-
-
 def test_haze_takes_only_what_is_beyond_the_last_of_its_contrast():
     """V = 500 m: what is left is nearer than where its class is gone; clear cuts go further."""
     people = (*FEW, "species.figure.density=1e-3", "render.size=640x360", "air.visibility=500m")
@@ -135,12 +118,6 @@ SMALL = (
     "camera.fps=10",
     'species={figure={model="figure", density=0.01, prototypes=1}}',
 )
-
-
-def test_at_the_visibility_two_per_cent_of_contrast_is_left_at_550_nm() -> None:
-    air = preset_air(load_preset("meadow", ["air.visibility=20km"]))
-    beta = haze_extinction(air, np.array([550.0]))[0]
-    assert np.exp(-beta * 20_000) == pytest.approx(0.02, rel=1e-12)
 
 
 def test_light_and_quality_are_the_presets_own() -> None:
@@ -227,11 +204,6 @@ def test_nothing_is_drawn_farther_off_than_the_threshold(threshold, name):
     assert 0 < shot.counts["parts_redrawn"] < 0.9 * shot.counts["parts_scheduled"]
 
 
-def test_a_higher_threshold_keeps_more():
-    few, many = (made(f"view.update_threshold={t}").counts["parts_redrawn"] for t in (1.0, 0.25))
-    assert few < many
-
-
 def test_the_first_frame_of_all_is_drawn_whole():
     shot = made("view.update_threshold=64", frame=1)
     assert shot.counts["parts_redrawn"] == shot.counts["parts_scheduled"]
@@ -250,8 +222,3 @@ def test_while_the_shutter_is_open_only_what_is_drawn_anew_moves():
     first, last = (sticks(instant()) for instant in (shot.subframes[0], shot.subframes[-1]))
     moved = (first.start != last.start).any(axis=1)
     assert 0 < moved.sum() < len(moved)
-
-
-def test_where_nothing_moves_by_itself_a_moving_camera_asks_for_no_update():
-    still = ("species.figure.patrol=0", "wind.speed=0", "camera.turn=90")
-    assert made("view.update_threshold=0.25", *still).counts == {}

@@ -19,8 +19,8 @@ from pathlib import Path
 
 import click
 import numpy as np
+from tqdm import tqdm
 
-from bench.cli.output import counted
 from bench.counting import FLAT
 from bench.records.provenance import provenance, scene_digest
 from lod.air import CLEAR
@@ -371,7 +371,7 @@ def command(kinds: tuple[str, ...], path: Path | None) -> None:
     """Judge objects of these KINDS, by default all, and print the table of docs/appearance.md."""
     chosen = [each for each in cases() if not kinds or each.kind in kinds]
     found: list[Judged] = []
-    for case in counted(chosen, "object", lambda case: case.title):
+    for case in tqdm(chosen, unit="object"):
         found += judged(case, COARSEST)
     click.echo(markdown(found))
     if path:

@@ -86,6 +86,9 @@ def _say(out: Output, found: dict[str, Any]) -> None:
         (name, "works" if answer is True else answer) for name, answer in found["variants"].items()
     ]
     out.say(f"variants (auto is {found['auto']})\n{table(works)}")
+    kept = [f"{kind} {each['bytes'] / 1e6:.1f} MB" for kind, each in found["cached"].items()]
+    kernels = found["kernels"]
+    compiled = f"compiled for each run: no folder can be written to (set {VARIABLE} to one)"
     rows = [
         ("libLLVM", found["libllvm"] or "none that works: apt install libllvm19"),
         (
@@ -95,8 +98,8 @@ def _say(out: Output, found: dict[str, Any]) -> None:
         ("disk", f"{disk['free_bytes'] * gib:.1f} GiB free in {disk['folder']}"),
         ("processor", f"{cpu['name']}, {cpu['threads']} threads, {cpu['usable']} usable here"),
         ("cache", found["cache"] or f"nothing is kept: no folder can be written to (set {CACHE})"),
-        ("kept", _kept(found["cached"])),
-        ("kernels", _kernels(found["kernels"])),
+        ("kept", ", ".join(kept) or "nothing yet"),
+        ("kernels", str(kernels["folder"]) if kernels["kept"] else compiled),
         (
             "ffmpeg",
             found["ffmpeg"] or "none: no mp4 with --preview (pip install lodbench[preview])",
@@ -105,19 +108,6 @@ def _say(out: Output, found: dict[str, Any]) -> None:
     ]
     out.say(f"machine\n{table(rows)}")
     out.say(f"packages\n{table((name, v or 'missing') for name, v in found['packages'].items())}")
-
-
-def _kernels(state: dict[str, Any]) -> str:
-    """Say where compiled kernels are kept, or that they are not."""
-    if state["kept"]:
-        return str(state["folder"])
-    return f"compiled for each run: no folder can be written to (set {VARIABLE} to one)"
-
-
-def _kept(cached: dict[str, dict[str, int]]) -> str:
-    """Write what is kept between runs, by kind."""
-    kinds = [f"{kind} {each['bytes'] / 1e6:.1f} MB" for kind, each in cached.items()]
-    return ", ".join(kinds) or "nothing yet"
 
 
 def _clear_cache() -> None:

@@ -39,7 +39,6 @@ spp = 1
 variant = "scalar_rgb"
 """
 FOOT = "joe right leg/lower leg/foot"
-TOO_FAR = f"{FOOT} orient y 140deg"
 
 
 @pytest.fixture(autouse=True)
@@ -174,12 +173,11 @@ def test_a_pass_that_was_interrupted_is_acted_again_to_the_same_bytes(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("workers", ["1", "2", "4"])
 def test_any_number_of_workers_renders_the_same_frames(
-    workers: str, capfd: pytest.CaptureFixture[str], tmp_path: Path
+    capfd: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     hashes = []
-    for folder, how in (("alone", ()), ("cluster", ("--cluster", workers))):
+    for folder, how in (("alone", ()), ("cluster", ("--cluster", "2"))):
         words = ("render", "tiny.toml", "-o", f"{folder}/f.####.exr", "--json", "--frames", "1-4")
         assert run(*words, *how) == 0
         *records, _ = map(json.loads, capfd.readouterr().out.splitlines())

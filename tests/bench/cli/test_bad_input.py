@@ -8,6 +8,7 @@ import json
 import os
 import re
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 
 import click
@@ -15,9 +16,10 @@ import pytest
 
 from bench.cli.commands import count
 from bench.cli.flags import frame_numbers, memory_limit_bytes
-from bench.cli.main import COMMANDS, main, program
+from bench.cli.main import COMMANDS, program
 from lod.errors import InputError
-from scenes.files import DiskError, check_pattern, frame_path, make_folder
+from scenes.files import DiskError, frame_path
+from tests.said import said
 
 Run = Callable[..., tuple[int, str, str]]
 
@@ -26,14 +28,7 @@ Run = Callable[..., tuple[int, str, str]]
 def run(capfd: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Run:
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("LODBENCH_TRACEBACK", raising=False)
-
-    def runner(*arguments: str) -> tuple[int, str, str]:
-        with pytest.raises(SystemExit) as left:
-            main(arguments)
-        out, err = capfd.readouterr()
-        return left.value.code, out, err
-
-    return runner
+    return partial(said, capfd)
 
 
 def everything(folder: Path) -> dict[Path, bytes | None]:
@@ -42,7 +37,6 @@ def everything(folder: Path) -> dict[Path, bytes | None]:
 
 RENDER = ("render", "meadow", "-o", "out/a.####.exr")
 COUNT = ("count", "meadow")
-RUN = ("run", "scaling", "--quick", "-o", "out")
 
 # arguments; then everything that the message says: what is blamed, what arrived, the rule or cure
 CASES: list[tuple[tuple[str, ...], tuple[str, ...]]] = [
@@ -56,8 +50,6 @@ CASES: list[tuple[tuple[str, ...], tuple[str, ...]]] = [
     ((*COUNT, "-D"), ("'-D'",)),
     # presets
     (("count", "medow"), ("PRESET", "'medow'", "did you mean meadow?")),
-    (("render", "medow", "-o", "out/a.####.exr"), ("'medow'", "did you mean meadow?")),
-    (("count", ""), ("PRESET", "''")),
     (("count", "none.toml"), ("PRESET", "'none.toml'", "no such file")),
     (("count", "/"), ("PRESET", "'/'", "it is a folder")),
     (("count", "broken.toml"), ("broken.toml", "'height ='", "line 2, column 10")),
@@ -69,24 +61,13 @@ CASES: list[tuple[tuple[str, ...], tuple[str, ...]]] = [
     # air and eye
     ((*COUNT, "--visibility", "1000km"), ("--visibility", "1000000.0", "1m to 330km")),
     ((*COUNT, "--display-ppd", "0"), ("--display-ppd", "0", "at least 1")),
-    ((*COUNT, "--display-ppd", "sharp"), ("--display-ppd", "'sharp'", "a number")),
-    ((*COUNT, "-D", "air.mist=dense"), ("air.mist", "'dense'", "m or km")),
-    ((*COUNT, "--size", "640"), ("--size", "'640'", "WIDTHxHEIGHT")),
-    ((*COUNT, "--size", "-4x4"), ("--size", "'-4x4'", "640x360")),
-    ((*COUNT, "--size", "99999x9"), ("--size", "'99999x9'", "16384")),
     # samples, variant
-    ((*RENDER, "--spp", "-1"), ("--spp", "-1", "at least 1")),
     ((*RENDER, "--spp", "0"), ("--spp", "0", "at least 1")),
     ((*RENDER, "--spp", "1.5"), ("--spp", "1.5", "a whole number")),
     ((*RENDER, "--spp", "many"), ("--spp", "'many'", "a whole number")),
     ((*RENDER, "--variant", "fast"), ("variant", "'fast'", "--variant auto")),
-    ((*RENDER, "--variant", "scalar_mono"), ("variant", "'scalar_mono'")),
-    ((*RENDER, "--variant", ""), ("--variant", "''")),
     # haze
     ((*COUNT, "--visibility", "20"), ("--visibility", "'20'", "20km or 20m")),
-    ((*COUNT, "--visibility", "-3km"), ("--visibility", "'-3km'", "above 0")),
-    ((*COUNT, "--visibility", "20 miles"), ("--visibility", "'20 miles'", "m or km")),
-    ((*COUNT, "--visibility", "infkm"), ("--visibility", "'infkm'")),
     # frames
     ((*RENDER, "--frames", "9-1"), ("--frames", "'9-1'", "1-9")),
     ((*RENDER, "--frames", "a"), ("--frames", "'a'", "1-24")),
@@ -97,29 +78,21 @@ CASES: list[tuple[tuple[str, ...], tuple[str, ...]]] = [
     ((*COUNT, "--frame", "0"), ("--frame", "0")),
     # numbers
     ((*COUNT, "--density", "figure=nan"), ("--density figure", "nan", "finite")),
-    ((*COUNT, "--density", "figure=inf"), ("--density figure", "inf", "finite")),
-    ((*COUNT, "--density", "figure=-1"), ("--density figure", "-1", "at least 0")),
     ((*COUNT, "--density", "figure"), ("--density", "'figure'", "figure=0.002")),
     ((*COUNT, "--density", "elk=1"), ("--density elk", "1", "one of: figure, tree")),
     ((*COUNT, "--detail", "0"), ("--detail", "0", "above 0")),
-    ((*COUNT, "--detail", "fine"), ("--detail", "'fine'", "a number")),
     ((*COUNT, "--seed", "-1"), ("--seed", "-1", "at least 0")),
-    ((*COUNT, "--seed", str(2**63)), ("--seed", str(2**63), str(2**63 - 1))),
     ((*COUNT, "-D", "camera.fov=180"), ("-D camera.fov", "180", "below 180")),
-    ((*COUNT, "-D", "camera.height=0"), ("-D camera.height", "0", "above 0")),
-    ((*COUNT, "-D", "camera.position=[1e300, 0]"), ("-D camera.position[0]", "1e+300", "1e15")),
     # metrics
     ((*COUNT, "--metric", "blak"), ("--metric", "'blak'", "blake")),
     ((*RENDER, "--metric", "full"), ("--metric", "'full'", "finite world", "world.extent")),
     # -D
     ((*COUNT, "-D", "seed"), ("-D", "'seed'", "key=value")),
-    ((*COUNT, "-D", "camera.hight=3"), ("-D camera.hight", "3", "did you mean camera.height?")),
     ((*COUNT, "-D", "species.elk.density=1"), ("-D species.elk.density", "one of: figure, tree")),
     # said twice, or against one another
     ((*COUNT, "--detail", "2", "--max-parts", "1000"), ("--detail --max-parts", "'both'")),
     ((*COUNT, "-D", "view.detail=2", "--max-parts", "9"), ("-D view.detail --max-parts", "'both'")),
     ((*COUNT, "--seed", "3", "-D", "seed=4"), ("--seed -D seed", "'twice'", "leave one out")),
-    ((*COUNT, "--seed", "3", "--seed", "4"), ("--seed", "'twice'")),
     ((*COUNT, "-D", "seed=3", "-D", "seed = 4"), ("-D seed", "'twice'")),
     (
         (*COUNT, "--density", "tree=1", "-D", "species.tree.density=2"),
@@ -138,19 +111,13 @@ CASES: list[tuple[tuple[str, ...], tuple[str, ...]]] = [
     (("verify", "here", "--threads", "2"), ("--threads", "'alone'", "add --repair")),
     (("verify", "here", "--max-memory", "4GB"), ("--max-memory", "'alone'", "add --repair")),
     (("run", "all", "nosuch", "-o", "out"), ("EXPERIMENT", "'nosuch'", "one of")),
-    (("run", "all", "scalling", "-o", "out"), ("'scalling'", "did you mean scaling?")),
     # what used to mislead
     ((*RENDER, "--frames", "1-1000000"), ("--frames", "'1-1000000'", "up to 999999")),
-    ((*RENDER, "--frames", "1000000"), ("--frames", "up to 999999")),
-    ((*RENDER, "--frames", "1-9x9999999"), ("--frames", "up to 999999")),
     (("count", "flight.toml"), ("flight.toml: camera.keys", "'frame': 5", "5 comes after 5")),
     (("count", "one_key.toml"), ("camera.keys", "2 keys or more")),
     (("count", "camra.toml"), ("camra.toml: camra", "did you mean camera?")),
-    (("count", "lihgt.toml"), ("lihgt.toml: lihgt", "did you mean light?")),
     (("render", "meadow", "-o", f"o/{'n' * 240}.####.exr"), ("-o", "bytes", "another name")),
-    (("render", "meadow", "-o", f"o/{'é' * 120}.####.exr"), ("-o", "bytes", "another name")),
     (("render", "meadow", "-o", "o/\udcff.####.exr"), ("-o", "UTF-8", "another name")),
-    (("render", "meadow", "-o", "o\udcff/a.####.exr"), ("-o", "UTF-8", "another name")),
     (("usd", "meadow", "-o", f"{'n' * 252}.usda"), ("-o", "bytes", "another name")),
     # where frames go
     (("render", "meadow", "-o", "out/a.exr"), ("-o", "'out/a.exr'", "####")),
@@ -159,7 +126,6 @@ CASES: list[tuple[tuple[str, ...], tuple[str, ...]]] = [
     (("render", "meadow", "-o", "out/"), ("-o", "'out/'", ".exr")),
     (("render", "meadow", "-o", "here"), ("-o", "'here'", ".exr")),
     (("render", "meadow", "-o", "file/a.####.exr"), ("-o", "'file'", "written")),
-    (("render", "meadow", "-o", "file/b/a.####.exr"), ("-o", "'file/b'", "written")),
     (("render", "meadow", "-o", "new/" + "n" * 300 + "/a.####.exr"), ("-o", "written")),
     (("render", "meadow", "-o", "/proc/a.####.exr"), ("-o", "'/proc'", "written")),
     (("render", "meadow", "-o", "here/a.####.exr"), ("-o", "'here/a.0001.exr'", "--overwrite")),
@@ -190,7 +156,6 @@ def litter(tmp_path: Path) -> None:
     (tmp_path / "flight.toml").write_text(key + key)
     (tmp_path / "one_key.toml").write_text(key)
     (tmp_path / "camra.toml").write_text("[camra]\nheight = 2\n")
-    (tmp_path / "lihgt.toml").write_text("[lihgt]\nturbidity = 2\n")
     (tmp_path / "latin.toml").write_bytes(b"about = '\xe9'")
     (tmp_path / "spoilt").mkdir()
     (tmp_path / "spoilt" / "scaling-0123456789abcdef.json").write_text('{"format": ')
@@ -285,47 +250,9 @@ def test_frames_are_numbers_each_once(text: str, frames: tuple[int, ...]) -> Non
     assert frame_numbers(text) == frames
 
 
-@pytest.mark.parametrize(
-    "text",
-    ["", "a", "1-", "-1", "1..3", "3-1", "0-2", "1;2", "1 2", "1234567", "1-9x0", "1-9x", "5x2"],
-)
-def test_what_are_no_frames_is_refused(text: str) -> None:
-    with pytest.raises(InputError, match="--frames"):
-        frame_numbers(text)
-
-
 def test_a_pattern_becomes_a_path() -> None:
     assert frame_path("out/a.####.exr", 7) == Path("out/a.0007.exr")
     assert frame_path("####.exr", 12345) == Path("12345.exr")
-
-
-@pytest.mark.parametrize(
-    "text",
-    [
-        "a.exr",
-        "a.###.exr",
-        "a.#####.exr",
-        "a.####.####.exr",
-        "####/a.exr",
-        "##/a.####.exr",
-        "a.####.EXR",
-        "",
-    ],
-)
-def test_what_is_no_pattern_is_refused(text: str) -> None:
-    with pytest.raises(InputError, match=r"-o"):
-        check_pattern(text)
-
-
-def test_a_folder_is_made_with_its_parents(tmp_path: Path) -> None:
-    assert make_folder(tmp_path / "a" / "b").is_dir()
-    assert list((tmp_path / "a" / "b").iterdir()) == []
-
-
-def test_a_folder_that_cannot_be_made_leaves_nothing(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="-o"):
-        make_folder(tmp_path / "a" / ("n" * 300))
-    assert list(tmp_path.iterdir()) == []
 
 
 def test_memory_sizes():

@@ -6,9 +6,6 @@ import math
 import pytest
 
 from bench.cli.main import main
-from bench.frame_counts import count
-from scenes.presets.load import load_preset
-from scenes.scene import Scene
 
 ADULTS = '{model="figure", density=0.01, prototypes=1}'
 CHILDREN = '{model="figure", density=0.02, prototypes=1, sizes=[0.5]}'
@@ -83,22 +80,3 @@ def test_frames_differ_and_repeat(capfd: pytest.CaptureFixture[str]) -> None:
         return examined
 
     assert parts("1") == parts("1") != parts("24")
-
-
-def test_the_words_name_what_was_counted(capfd: pytest.CaptureFixture[str]) -> None:
-    out = counted(capfd)
-    for words in ("objects", "parts", "adult", "child", "terrain", "τ = 1 px"):
-        assert words in out
-
-
-def test_steps_of_a_count_are_told_before_they_begin() -> None:
-    preset = load_preset("campfire")
-    scene = Scene(preset)
-    world = scene.world
-    told: list[tuple[int, int, str]] = []
-    count(world, scene.view(1), None, lambda *step: told.append(step))
-    names = [each.name for each in (*world.fields, *world.beside)]
-    assert [name for _, _, name in told] == [*names, "ground"]
-    assert [(done, total) for done, total, _ in told] == [
-        (done, len(names) + 1) for done in range(len(names) + 1)
-    ]

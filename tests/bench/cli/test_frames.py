@@ -2,17 +2,16 @@
 
 import json
 import shlex
-import sys
+from functools import partial
 from pathlib import Path
 
 import pytest
 
-from bench.cli.commands.frames import drop_flag
-from bench.cli.main import main
 from scenes.presets.load import load_preset
 from scenes.render.exr.header import frame_settings
 from scenes.render.exr.sequence import open_job, render_sequence
 from scenes.render.frame_session import FrameSession
+from tests.said import said
 
 TINY = """
 [terrain]
@@ -32,13 +31,7 @@ variant = "scalar_rgb"
 def run(capfd, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("tiny.toml").write_text(TINY)
-
-    def runner(*words):
-        with pytest.raises(SystemExit) as left:
-            main(words)
-        return (left.value.code, *capfd.readouterr())
-
-    return runner
+    return partial(said, capfd)
 
 
 def test_one_command_a_frame_with_every_flag_and_the_variant_settled(run):
@@ -69,11 +62,6 @@ def test_what_render_would_refuse_is_refused(run, words, told):
     code, out, err = run("frames", "--print-commands", *words)
     assert (code, out) == (2, "")
     assert told in err and err.count("\n") == 1
-
-
-def test_a_flag_goes_with_its_value_in_either_form():
-    words = ["a", "--frames", "1-3", "b", "--frames=4", "-D", "--frames"]
-    assert list(drop_flag(words, "--frames")) == ["a", "b", "-D"]
 
 
 def test_usd_counts_what_it_wrote(run):
@@ -107,22 +95,3 @@ def test_ids_say_who_is_who_in_a_frame(run):
     assert json.loads(out) == figures[-1]
     assert run("list", "--objects", "o/a.0002.exr", "--object", "0")[0] == 2
     assert run("list", "--objects", "o/a.0001.exr")[0] == 2
-
-
-@pytest.mark.parametrize(
-    ("words", "steps"),
-    [
-        (("usd", "tiny.toml", "-o", "a.usdc", "--overwrite"), ("memory:", "cut:", "file:")),
-    ],
-)
-def test_a_bar_names_each_step_on_a_terminal_alone_and_not_beside_json(
-    run, monkeypatch, words, steps
-):
-    pytest.importorskip("pxr")
-    rendered_frame()
-    plain = run(*words)
-    assert plain[0] == 0 and not any(step in plain[2] for step in steps)
-    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
-    code, out, err = run(*words)
-    assert (code, out) == plain[:2] and all(step in err for step in steps)
-    assert not any(step in run(*words, "--json")[2] for step in steps)

@@ -13,7 +13,7 @@ import click
 import pytest
 
 from bench.cli import main as cli
-from bench.cli.output import output, table
+from bench.cli.output import output
 from lod.errors import InputError
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -116,7 +116,7 @@ def test_an_interrupt_is_the_same_however_often_it_comes() -> None:
     assert (ended.returncode, ended.stderr) == (130, "lodbench: interrupted\n")
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_after_the_end_does_not_hide_how_it_ended(number: int) -> None:
     words = """
 import atexit, time
@@ -142,14 +142,6 @@ def test_a_traceback_is_there_for_those_who_ask(
     monkeypatch.setenv(cli.TRACEBACK, "1")
     with pytest.raises(RuntimeError, match="surprise"):
         cli.main(["count"])
-
-
-def test_help_names_every_command(capsys: pytest.CaptureFixture[str]) -> None:
-    assert leave([]) == 0
-    out, err = capsys.readouterr()
-    assert err == ""
-    for name in ("doctor", "list", "count", "render", "run", "report"):
-        assert f"  {name} " in out
 
 
 def test_the_version_is_said(capsys: pytest.CaptureFixture[str]) -> None:
@@ -204,13 +196,6 @@ def test_under_json_stdout_holds_json_alone(capfd: pytest.CaptureFixture[str]) -
         assert words in seen.err
 
 
-def test_without_json_people_read_the_result(capfd: pytest.CaptureFixture[str]) -> None:
-    with output(as_json=False) as out:
-        out.record({"n": 1})
-        out.say("words for people")
-    assert capfd.readouterr().out == "words for people\n"
-
-
 def test_json_has_no_nan(capfd: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(ValueError, match="JSON"), output(as_json=True) as out:
         out.record({"n": float("nan")})
@@ -222,11 +207,6 @@ def test_a_reader_that_stops_reading_is_no_drama() -> None:
     done = subprocess.run(["bash", "-c", command], cwd=ROOT, capture_output=True, text=True)
     assert done.stderr == ""
     assert done.returncode in (0, 1)
-
-
-def test_a_table_lines_up() -> None:
-    assert table([("a", 1, None), ("bcd", 12345, 0.5)]) == "  a         1    –\n  bcd  12,345  0.5"
-    assert table([]) == ""
 
 
 def test_bad_input_in_a_process_of_its_own() -> None:
@@ -250,13 +230,10 @@ def completed(line: str, **more: str) -> list[str]:
     [
         ("lodbench rep", ["plain,report"]),
         ("lodbench count me", ["plain,meadow"]),
-        ("lodbench count --visi", ["plain,--visibility"]),
         ("lodbench render ./mine", ["file,./mine"]),
         ("lodbench nonsense", []),
-        ("lodbench count meadow --metric bl", ["plain,blake"]),
         ("lodbench render meadow --haze me", ["plain,medium"]),
         ("lodbench count meadow -D render.crop", ["plain,render.crop="]),
-        ("lodbench count meadow -D camera.projection=pa", ["plain,camera.projection=panorama"]),
         ("lodbench run scal", ["plain,scaling"]),
     ],
 )

@@ -14,9 +14,8 @@ from typing import Any
 import pytest
 from PIL import Image
 
-from bench.cli.commands.render import preview_stem
-from bench.cli.main import main
 from scenes.render.pictures import save_picture
+from tests.said import said
 
 TINY = Path(__file__).with_name("tiny.toml")
 PATTERN = "out/a.####.exr"
@@ -32,10 +31,8 @@ def render(
     shutil.copy(TINY, tmp_path)
 
     def runner(*arguments: str) -> tuple[int, list[dict[str, Any]], str]:
-        with pytest.raises(SystemExit) as left:
-            main(["render", "tiny.toml", "-o", PATTERN, "--json", *arguments])
-        out, err = capfd.readouterr()
-        return left.value.code, [json.loads(line) for line in out.splitlines()], err
+        code, out, err = said(capfd, "render", "tiny.toml", "-o", PATTERN, "--json", *arguments)
+        return code, [json.loads(line) for line in out.splitlines()], err
 
     return runner
 
@@ -61,16 +58,6 @@ def test_the_same_command_again_keeps_what_is_done(render: Render) -> None:
     _, (anew, _), _ = render("--overwrite")
     assert anew["kept"] is False
     assert anew["sha256"] == first["sha256"]
-
-
-def test_frames_of_other_settings_are_not_touched(render: Render, tmp_path: Path) -> None:
-    render()
-    before = (tmp_path / "out" / "a.0001.exr").read_bytes()
-    code, lines, err = render("--seed", "5")
-    assert code == 2
-    assert "seed: 0 → 5" in err
-    assert lines == [{"done": 0, "failed": 1, "failures": []}]
-    assert (tmp_path / "out" / "a.0001.exr").read_bytes() == before
 
 
 def only_on_path(monkeypatch: pytest.MonkeyPatch, path: str) -> None:
@@ -127,46 +114,11 @@ def test_a_film_that_fails_spoils_nothing(
     }
 
 
-@pytest.mark.parametrize(
-    ("pattern", "stem"),
-    [("o/a.####.exr", "o/a"), ("a_####.exr", "a"), ("o/####.exr", "o/sheet")],
-)
-def test_previews_are_named_for_the_frames(pattern: str, stem: str) -> None:
-    assert preview_stem(pattern) == Path(stem)
-
-
-def test_a_strange_file_in_the_way_is_not_touched(render: Render, tmp_path: Path) -> None:
-    (tmp_path / "out").mkdir()
-    strange = tmp_path / "out" / "a.0001.exr"
-    strange.write_text("mine")
-    code, _, err = render()
-    assert code == 2
-    assert "--overwrite" in err
-    assert strange.read_text() == "mine"
-
-
-def test_people_read_a_line_for_each_frame(
-    render: Render, capfd: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
-    with pytest.raises(SystemExit):
-        main(["render", "tiny.toml", "-o", PATTERN])
-    out, err = capfd.readouterr()
-    assert out.startswith("out/a.0001.exr  ")
-    assert out.count("\n") == 1
-    assert err == ""
-
-
 @pytest.fixture
 def lodbench(capfd, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     shutil.copy(TINY, ".")
-
-    def run(*words: str) -> tuple[int, str]:
-        with pytest.raises(SystemExit) as left:
-            main(words)
-        return left.value.code, capfd.readouterr().err
-
-    return run
+    return lambda *words: said(capfd, *words)[::2]
 
 
 def test_usd_replaces_nothing_unasked(lodbench):

@@ -103,17 +103,6 @@ def test_verify_finds_and_repairs(lodbench: Lodbench, tmp_path: Path) -> None:
     assert lodbench("verify", "out")[0] == 0
 
 
-def test_people_read_what_is_wrong(
-    lodbench: Lodbench, tmp_path: Path, capfd: pytest.CaptureFixture[str]
-) -> None:
-    render(lodbench, "1-4")
-    (tmp_path / "out" / "a.0003.exr").unlink()
-    with pytest.raises(SystemExit):
-        main(["verify", "out"])
-    out, _ = capfd.readouterr()
-    assert out == "out/a.0003.exr: there is no such file\n4 frames: 3 right, 1 wrong\n"
-
-
 def test_what_is_wrong_still_beside_the_frames_is_said_with_what_was_repaired(
     lodbench: Lodbench, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:

@@ -186,17 +186,6 @@ def test_memory_is_held_against_its_estimate_and_does_not_grow():
     assert (near.verdict, far.verdict, grows.verdict) == ("holds", "refuted", "refuted")
 
 
-def test_figures_and_tables_tell_the_record():
-    points = (*frames(prune=0.05), size("whole", 1.0, 9.0), size("pruned", 1.0, 0.2), *worlds())
-    points += command("count", 9, 3.5), command("x", 2, 1, 5)
-    record = record_of(EXPERIMENT, points)
-    for _, (heads, rows) in EXPERIMENT.tables(record):
-        assert rows and {len(row) for row in rows} == {len(heads)}
-    drawn = EXPERIMENT.plots(record)
-    assert [each.name for each in drawn] == ["stages", "world"]
-    assert all(len(each.alt) > 80 for plot in drawn for each in plot.drawings)
-
-
 @pytest.mark.slow
 def test_every_stage_of_a_real_frame_is_timed():
     found = preset_costs(["render.size=32x18", "render.spp=1", "view.detail=8"], choose(), 1)
@@ -205,12 +194,6 @@ def test_every_stage_of_a_real_frame_is_timed():
     assert all(row[stage] > 0 for stage in STAGES) and row["tests"] > 10
     cold = found["cold"]
     assert 0 < cold["world_bytes"] <= cold["shoot_bytes"] <= cold["render_bytes"]
-
-
-def test_every_topic_has_cases_that_are_measured():
-    for effort in ("quick", "full"):
-        for name, topic in EXPERIMENT.topics.items():
-            assert topic.cases(**topic.sizes(effort)), name
 
 
 @pytest.mark.slow

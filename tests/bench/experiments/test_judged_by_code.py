@@ -4,6 +4,7 @@ Experiments whose reference record was not made yet are skipped.
 """
 
 import json
+import re
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -149,6 +150,16 @@ def test_a_claim_that_rests_on_no_column_is_found():
     points = tuple(where(points, topic="depth"))
     fixed = replace(next(judge(points)), estimand="fixed", condition={})
     assert unmoved(lambda points: (*judge(points), fixed), points) == {"fixed"}
+
+
+@pytest.mark.parametrize("name", EXPERIMENTS)
+def test_every_record_is_drawn_and_told_without_gaps(name):
+    experiment, record = EXPERIMENTS[name], reference(name)
+    drawn = [each for plot in experiment.plots(record) for each in plot.drawings]
+    assert drawn and all(len(each.alt) > 80 and "<svg" in each.svg for each in drawn)
+    assert not any(re.search(r"\bnan\b", each.svg + each.alt) for each in drawn)
+    for _, (heads, rows) in experiment.tables(record):
+        assert rows and {len(row) for row in rows} == {len(heads)}
 
 
 def test_a_record_changed_by_hand_is_not_even_read(tmp_path):

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from bench.experiments.popping import (
-    AT_ONCE,
     CLIP_WAYS,
     CLIPPED,
     CLIPS,
@@ -28,7 +27,6 @@ from bench.motion_residual import frames_of, popped
 from bench.records.provenance import provenance
 from bench.records.records import Column, Point, Record, columns, merge_points, predictions
 from lod.camera import Corner, camera_from_heading
-from scenes.presets.load import load_preset
 from scenes.render.variants import choose
 from scenes.scene import Scene
 from tests.bench.edited import svg_of
@@ -115,20 +113,6 @@ def test_every_topic_is_plotted():
     assert not any(re.search(r"\bnan\b", svg_of(plot)) for plot in plots)
     (shown,) = plots[1].drawings
     assert list(shown.panel.drawn[0].x) == list(range(2, 18)) and len(shown.panel.drawn) == 3
-
-
-def test_a_walk_has_all_its_pairs_in_cases_that_are_kept_one_by_one():
-    topic = EXPERIMENT.topics["popping_shipped"]
-    made = [case.args for case in topic.cases(**topic.sizes("full"))]
-    for preset in ("forest", "mountain"):
-        for way in SHIPPED_WAYS:
-            mine = [rest for name, how, *rest in made if (name, how) == (preset, way)]
-            frames = [first + k for _, first, pairs, _ in mine for k in range(pairs)]
-            assert frames == list(range(1, 49)) and max(each[2] for each in mine) == AT_ONCE
-            loaded = load_preset(preset, (*mine[0][0], *SHIPPED_WAYS[way]))
-            assert loaded.camera.speed == 1.4
-            assert loaded.view.detail == load_preset(preset, ()).view.detail
-            assert (loaded.view.fade == 0) == (way == CLIPPED)
 
 
 @pytest.mark.parametrize("name", list(CLIPS))

@@ -1,6 +1,5 @@
 """What air, display, eye, motion and lens hide: one m on both sides, and a law of its own."""
 
-import re
 from dataclasses import asdict
 from functools import partial
 
@@ -12,7 +11,6 @@ from bench.experiments.viewing import (
     EXPERIMENT,
     VIEWERS,
     haze_views,
-    left_out,
     measure_eye,
     measure_haze,
     one_sided_excess_flip,
@@ -25,8 +23,8 @@ from bench.lens_cuts import (
     measure_lens_parts,
     measure_lens_pictures,
 )
-from bench.motion_cuts import BARE, FAST, MOVES, Move, displayed_parts, measure_pictures
-from bench.part_sizes import SIZES, part_counts, predicted_parts, prototypes_with, size_class
+from bench.motion_cuts import BARE, FAST, Move, displayed_parts, measure_pictures
+from bench.part_sizes import SIZES, part_counts, predicted_parts, prototypes_with
 from bench.records.records import Column, Point, columns, merge_points
 from bench.statistics.estimates import two_sided_share
 from lod.errors import InputError
@@ -34,7 +32,7 @@ from lod.eye import CONTRAST_CLASSES
 from scenes.presets.load import load_preset
 from scenes.render.variants import choose
 from scenes.scene import Scene
-from tests.bench.edited import edited, record_of, svg_of
+from tests.bench.edited import edited, record_of
 
 
 def measured(cases, seed=5):
@@ -85,11 +83,6 @@ def test_the_interval_of_a_share_covers_it_as_often_as_it_says():
 def test_what_is_no_share_is_refused(counts, out_of):
     with pytest.raises(InputError, match="share"):
         two_sided_share(np.array(counts), np.array(out_of))
-
-
-def test_size_classes_begin_at_their_bounds():
-    assert size_class(np.array([0.05, 0.1, 0.29, 1.0, 2.9, 3.0])).tolist() == [0, 1, 1, 3, 3, 4]
-    assert len(SIZES) == len(part_sizes.BOUNDS_M) + 1
 
 
 @pytest.mark.parametrize("viewer", ["nobody", "eye"])
@@ -147,22 +140,6 @@ def test_blur_leaves_one_part_in_its_square_and_a_fine_display_more_than_contras
     assert counts["ideal"] > counts["contrast"] > counts["faint"] > counts["blur"]
 
 
-@pytest.mark.parametrize(("name", "count"), [("haze", 2), ("eye", 1)])
-def test_records_are_drawn(name, count, request):
-    plots = EXPERIMENT.plots(request.getfixturevalue(name))
-    assert len(plots) == count
-    for plot in plots:
-        assert svg_of(plot).startswith("<svg")
-        assert "predicted" in plot.caption
-        assert "nan" not in " ".join(each.alt for each in plot.drawings)
-
-
-def test_the_same_seed_counts_the_same(eye):
-    again = measure_eye("figure", 30.0, 4, 5)
-    assert again == eye.points[0]
-    assert measure_eye("figure", 30.0, 4, 6).samples != again.samples
-
-
 def counted(move, world="endless", keeps=0.25):
     """Counts of fields in which a move keeps a share; unpruned are 20 times as many."""
     spatial = [1000, 1001, 1002, 1004]
@@ -202,18 +179,6 @@ def test_the_picture_is_judged_by_its_upper_bound_and_only_where_parts_are_left_
     assert alone.verdict == "refuted"
     moved = edited(counted(REST), "parts", lambda row: [0] * len(row), cut="motion")
     assert judged(moved)[0].verdict == "refuted"
-
-
-def test_the_share_left_out_is_that_of_all_fields_together():
-    cuts = {"spatial": [100, 300], "motion": [50, 50]}
-    found = (Column("parts", row, {"cut": cut}) for cut, row in cuts.items())
-    assert left_out(Point({}, samples=tuple(found))).value == 0.75
-
-
-def test_motion_is_drawn_without_gaps():
-    points = [counted(each) for each in MOVES]
-    (plot,) = EXPERIMENT.plots(record_of(EXPERIMENT, points))
-    assert not re.search(r"\bnan\b", svg_of(plot))
 
 
 def test_a_real_pan_leaves_out_parts_and_a_rest_does_not():

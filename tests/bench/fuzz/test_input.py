@@ -180,7 +180,6 @@ def changed(data: Any, draw: Callable[[Any], Any]) -> Any:
     return draw(VALUES)
 
 
-HASH = "ab" * 32
 RECORD = {
     "experiment": "scaling",
     "version": 1,

@@ -22,7 +22,7 @@ from bench.images.colonnade import (
 )
 from bench.runs import RunRequest, run_experiment
 from scenes.frame.frame_input import Quality
-from scenes.models.stone import HEIGHT_M, RADIUS_M, column
+from scenes.models.stone import HEIGHT_M, RADIUS_M
 from scenes.render.variants import choose
 from tests.bench.edited import edited, svg_of
 
@@ -43,12 +43,6 @@ def test_solid_angles_of_pixels_add_up_to_that_of_the_picture():
     a, b = camera().tan_half
     whole = 4 * math.atan(a * b / math.sqrt(1 + a * a + b * b))
     assert pixel_solid_angle().sum() == pytest.approx(whole, rel=1e-4)
-
-
-def test_a_column_has_four_levels_that_get_smaller():
-    tree = column().hierarchy
-    sizes = [float(np.median(tree.P[tree.level == n])) for n in range(4)]
-    assert sizes == sorted(sizes, reverse=True)
 
 
 def test_distance_takes_detail_from_the_side_and_depth_from_all_alike():

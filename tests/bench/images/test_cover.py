@@ -1,6 +1,5 @@
 """Each picture has its own bands, and the verdicts follow from the light there."""
 
-import re
 from dataclasses import replace
 
 import numpy as np
@@ -24,8 +23,7 @@ from bench.images.cover import (
     window_view,
     world_seed,
 )
-from bench.records.provenance import provenance
-from bench.records.records import Column, Point, Record
+from bench.records.records import Column, Point
 from bench.seeds import BUILDING_SEEDS
 from lod.air import rgb_extinction
 from lod.metric import METRICS
@@ -35,7 +33,6 @@ from scenes.frame.layers import Layers
 from scenes.presets.load import load_preset
 from scenes.scene import Scene, preset_air
 from scenes.sticks.prototype import LUMINANCE
-from tests.bench.edited import svg_of
 
 
 def picture(Z, value):
@@ -168,16 +165,6 @@ def test_fields_that_are_judged_were_never_looked_at():
     full = [world_seed(*c.args[1:], 0) for c in cases(**topic.sizes("full"))]
     quick = [world_seed(*c.args[1:], 4) for c in cases(**topic.sizes("quick"))]
     assert min(full) > BUILDING_SEEDS >= max(quick)
-
-
-def test_the_report_draws_every_look():
-    points = planted(0.03)
-    made = Record("images", 1, True, "", provenance("", 0), points, EXPERIMENT.judged(points), {})
-    drawn = EXPERIMENT.plots(made)
-    (plot,) = drawn
-    shown = {label.partition(", ")[0] for label in plot.labels}
-    assert shown == {look.replace("_", " ") for look in LOOKS}
-    assert not any(re.search(r"\bnan\b", svg_of(plot)) for plot in drawn)
 
 
 def test_the_whole_has_every_leaf_in_view_and_no_cover_is_bare_ground():

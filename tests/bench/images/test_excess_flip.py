@@ -65,10 +65,6 @@ def test_the_same_scene_is_within_its_noise_and_a_planted_bar_is_beyond():
     assert planted.value == pytest.approx(mean_flip(scene(0.1), scene()), rel=0.25)
 
 
-def test_noise_that_is_too_high_says_nothing():
-    assert excess_flip(trios(1, 0.0, noise=0.1))[1] > FLOOR
-
-
 def test_one_bound_in_twenty_is_passed():
     """Excess 0.003 by construction: 93 to 97 of 100 bounds hold it, above and below alike."""
     rng = np.random.default_rng(2)
@@ -78,14 +74,6 @@ def test_one_bound_in_twenty_is_passed():
     ]
     for held in ([each.high >= 0.003 for each in found], [each.low <= 0.003 for each in found]):
         assert 0.93 < np.mean(held) < 0.97
-
-
-def test_by_hand():
-    """Nine equal trios: no spread, the bounds are the excess itself."""
-    trio = (scene(0.1).astype(np.float32), scene().astype(np.float32), scene().astype(np.float32))
-    found, floor = excess_flip([trio] * 9)
-    assert (found.low, found.high, found.rows, floor) == (found.value, found.value, 9, 0.0)
-    assert found.value == mean_flip(trio[0], trio[2])
 
 
 @pytest.mark.parametrize("bad", [np.nan, -0.1, 1.1])

@@ -1,6 +1,5 @@
 """Fidelity: what is measured is right where it is known, and the verdicts follow from it."""
 
-import re
 from dataclasses import replace
 
 import numpy as np
@@ -38,13 +37,11 @@ from bench.images.fields import (
     reference,
     scene_of,
 )
-from bench.records.provenance import provenance
-from bench.records.records import Column, Point, Record, columns, merge_points
+from bench.records.records import Column, Point, columns, merge_points
 from bench.seeds import BUILDING_SEEDS
 from scenes.frame.layers import Layers
 from scenes.models.catalogue import PROTOTYPE_SEED
 from scenes.presets.load import load_preset
-from tests.bench.edited import svg_of
 
 FULL, QUICK = (EXPERIMENT.topics["fidelity"].sizes(effort) for effort in ("full", "quick"))
 DETAILS = FULL["details"]
@@ -205,15 +202,6 @@ def test_a_metric_that_never_reaches_the_error_is_not_compared():
     never = [p for p in planted(3.0) if p.case["what"] == "sweep" and p.case["detail"] <= 1]
     assert not equal_error(never, errors)["depth"].found
     assert not verdicts(never)
-
-
-def test_the_report_draws_every_view():
-    points = planted()
-    made = Record("images", 1, True, "", provenance("", 0), points, EXPERIMENT.judged(points), {})
-    shown = {plot.name: plot for plot in EXPERIMENT.plots(made)}
-    assert set(shown) == {"by-distance", "metrics"}
-    assert all(not re.search(r"\bnan\b", svg_of(plot)) for plot in shown.values())
-    assert "by up to FLIP 0.012" in shown["by-distance"].title
 
 
 def test_bands_that_nobody_sees_are_not_judged_and_noise_is_taken_from_the_same_place():

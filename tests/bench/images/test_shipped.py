@@ -21,13 +21,11 @@ from bench.images.shipped import (
     display_ground,
     display_others,
     finest_within,
-    judged_bands,
     light_ratios,
     measure,
     places,
 )
-from bench.records.provenance import provenance
-from bench.records.records import Column, Point, Record, columns, merge_points
+from bench.records.records import Column, Point, columns, merge_points
 from bench.seeds import BUILDING_SEEDS, JUDGED_SEED, QUICK_SEED, first_seed
 from scenes.frame.layers import SKY_Z
 from scenes.presets.load import load_preset, preset_names
@@ -158,24 +156,6 @@ def test_verdicts_follow_from_samples():
     far = verdicts(planted("meadow", EVERYTHING, 0, 1.0, 1.03))
     assert far["bands", EVERYTHING] == "refuted"
     assert EXPERIMENT.judged((planted("meadow", NOTHING, 0.01),))[0].verdict == "refuted"
-
-
-def test_a_band_with_next_to_no_land_is_not_judged():
-    point = planted("meadow", EVERYTHING, 0.0, 1.01)
-    assert list(judged_bands(point)) == list(range(1, BANDS))
-    assert light_ratios(point) == pytest.approx([1.01] * 6)
-    assert errors(point).mean() == pytest.approx(0.0, abs=1e-5)
-
-
-def test_the_report_draws_the_error_of_the_ground_against_its_triangles():
-    steps = [planted("meadow", GROUND, 0.04 * step, step=step) for step in GROUND_STEPS]
-    points = (planted("meadow", NOTHING, 0.0), planted("meadow", EVERYTHING, 0.02), *steps)
-    made = Record("images", 1, True, "", provenance("", 0), points, EXPERIMENT.judged(points), {})
-    presets, bands = EXPERIMENT.plots(made)
-    assert (presets.name, bands.name) == ("presets", "bands")
-    (against,) = (each.panel for each in presets.drawings if "Against τ" in each.panel.title)
-    (meadow,) = against.drawn
-    assert meadow.label == "meadow" and list(meadow.x) == sorted({1.0, *GROUND_STEPS})
 
 
 def test_as_shipped_is_what_a_user_renders_and_details_apart_are_of_the_ground_and_the_rest():

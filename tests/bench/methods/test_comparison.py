@@ -104,11 +104,6 @@ def test_a_baseline_that_fits_in_some_fields_alone_does_not_count():
     )
 
 
-def test_a_world_without_a_whole_picture_has_no_claim():
-    timed = [Point(each.case, samples=each.samples[3:]) for each in rows("blake", (8, 4, 2))]
-    assert EXPERIMENT.judged(tuple(timed)) == ()
-
-
 def test_a_copy_ties_and_the_better_of_two_baselines_counts():
     both = [
         each

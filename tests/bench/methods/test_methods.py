@@ -19,16 +19,13 @@ from bench.methods.discrete_levels import (
     cut_with_hysteresis,
     prepare,
     version_limits,
-    versions_at,
 )
 from bench.methods.known_methods import METHODS, culled_beyond, methods
 from bench.methods.method import engine_view
 from bench.methods.stochastic import (
-    CONTRASTS,
     drawn_shares,
     elements_of,
     outline_areas,
-    toward_mean,
 )
 from lod.errors import InputError
 from lod.pruner import prune
@@ -116,11 +113,6 @@ def test_a_part_stays_at_least_as_long_as_the_error_asks(sizes, m):
     assert len(set(np.round(D * m, 9))) <= len(OMITTED) - 1
 
 
-def test_four_versions_and_none():
-    shares = np.array([0.0, 0.03, 0.04, 0.2, 0.6, 0.99, 1.01])
-    assert versions_at(shares).tolist() == [0, 0, 1, 2, 3, 3, 4]
-
-
 def test_switching_back_and_forth_at_a_switch_changes_nothing(crowd):
     """An object that moves by less than the band about a switch keeps its version."""
     field = crowd.world.fields[0]
@@ -190,13 +182,6 @@ def test_fewer_sticks_of_about_the_same_area_from_afar(crowd):
         for each in (near, far)
     ]
     assert covered[1] == pytest.approx(covered[0], rel=0.02)
-
-
-def test_colours_go_to_their_mean_in_steps():
-    tints = np.array([[0.0, 0.2, 0.4], [1.0, 0.2, 0.0]])
-    mean = tints.mean(axis=0)
-    found = toward_mean(tints, mean).reshape(CONTRASTS + 1, 2, 3)
-    assert found[0] == pytest.approx(np.stack([mean, mean])) and found[-1] == pytest.approx(tints)
 
 
 # The door

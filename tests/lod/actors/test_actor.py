@@ -68,12 +68,6 @@ def test_the_types_of_the_parts_are_kept_to():
     assert Table({"leg": Foot()}, part_types={"leg": Foot}).part_names() == ("leg",)
 
 
-def test_one_part_has_one_place():
-    foot = Foot()
-    with pytest.raises(InputError, match="this is 'a' too"):
-        CompoundActor({"a": foot, "b": foot})
-
-
 def test_a_whole_is_assembled_once():
     joe = Person()
     with pytest.raises(InputError, match="assembled once"):

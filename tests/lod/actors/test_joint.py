@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lod.actors.joint import IDENTITY_JOINT, JointLimits, RevoluteJoint
+from lod.actors.joint import JointLimits, RevoluteJoint
 from lod.actors.quaternion import (
     NORTH,
     Quaternion,
@@ -36,12 +36,6 @@ def test_joints_carry_one_another(here, turn, there, again, point):
     assert np.allclose(
         whole.compose(part).to_whole(point), whole.to_whole(part.to_whole(point)), atol=1e-12
     )
-
-
-@given(places, turns)
-def test_nothing_is_carried_nowhere(position, turn):
-    joint = RevoluteJoint(position, turn)
-    assert IDENTITY_JOINT.compose(joint) == joint
 
 
 @given(turns)

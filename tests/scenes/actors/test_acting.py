@@ -274,6 +274,9 @@ def test_a_damaged_track_is_none():
         from_bytes(data[: len(data) // 2])
 
 
+# Who may wait
+
+
 def test_between_frames_it_turns_the_shorter_way():
     half = {"position": (0.0, 0.0), "heading": -90.0, "model": "windmill"}
     line = {"to": "mill", "do": "go 0 24"}
@@ -281,9 +284,6 @@ def test_between_frames_it_turns_the_shorter_way():
     yaw = [done.between(at).places[0, YAW] for at in (2.0, 2.5, 3.0)]
     assert np.allclose(np.diff(yaw), np.radians(0.5), atol=1e-12)
     assert done.frame(1).places[0, EIGHTHS] == 8
-
-
-# Who may wait
 
 
 def test_who_coasts_is_off_by_less_than_the_bound_and_the_threshold():

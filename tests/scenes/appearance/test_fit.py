@@ -87,17 +87,6 @@ def test_it_covers_as_much_from_every_side_at_every_level(bush):
     assert fitted.leaf.count[0] <= 5
 
 
-def test_parts_that_own_none_stay_as_they_are_and_wood_that_is_seen_stays(bush):
-    fitted = fit_appearances(bush)
-    ends = ~bush.owns
-    for name in ("start", "end", "start_radius", "tint"):
-        ours, own = (getattr(each.only(ends), name) for each in (fitted.leaf, bush.own))
-        assert np.array_equal(ours, own)
-    whole = fitted.leaf.of_parts(bush.level == 0)
-    kept = fitted.view_dependence.table_row[: len(whole)] < 0
-    assert kept.any() and whole.start[kept][0, 2] == 0.0, "the pole below the crown"
-
-
 def test_what_is_seen_has_the_mean_albedo_of_all(bush):
     fitted = fit_appearances(bush)
     shown = fitted.leaf.of_parts(bush.level == 1)

@@ -5,15 +5,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
-from scenes.imported.library import read_model
 from scenes.model_files.names import tree_species_names
-from tests.scenes.imported.sample_models import lamp_tree, mill
 from tests.tools import leaf_appearances as judging
 from tests.tools.leaf_appearances import (
     IMPORTED,
-    KINDS,
     OTHERS,
     UNSEEN,
     Case,
@@ -55,34 +51,6 @@ def test_the_whole_tree_is_as_itself_and_thinner_shapes_cover_less():
     assert 0.5 < covers[0] / covers[1] < 0.95
 
 
-def test_sun_and_eye_go_round_the_object():
-    sun, turn = np.array(judging.azimuths(16)).T
-    eye = np.round((sun + turn) % 360, 6)
-    assert len(np.unique(sun)) == 16 and len(np.unique(turn)) == 16
-    assert len(np.unique(eye)) == 8
-    np.testing.assert_allclose(np.diff(np.unique(eye)), 45)
-
-
-def test_darker_shapes_are_darker():
-    tree = lone_object(TREE)
-    (prototype,) = tree.placed.prototypes.prototypes
-    dark = replace(prototype, tints=prototype.tints / 2)
-    other = replace(tree, placed=replace(tree.placed, prototype=dark))
-    whole, half = (judging._mean_radiance(each, tree.finest) for each in (tree, other))
-    for key in whole:
-        assert 0.4 < half[key] / whole[key] < 0.55
-
-
-def test_one_object_is_judged_and_stands_in_the_table(monkeypatch, tmp_path):
-    monkeypatch.setattr(judging, "cases", lambda: [TREE])
-    path = tmp_path / "judged.json"
-    said = CliRunner().invoke(judging.command, ["dead_tree", "-o", str(path)])
-    assert said.exit_code == 0, said.output
-    (found,) = read_findings(path)
-    assert (found.level, len(found.covers), len(found.radiances)) == (2, 64, 2)
-    assert markdown([found]) in said.output
-
-
 def test_the_page_has_the_table_of_the_record():
     root = Path(__file__).resolve().parents[3]
     text = (root / "docs" / "appearance.md").read_text(encoding="utf-8")
@@ -94,11 +62,3 @@ def test_limits_are_those_that_the_page_names():
     assert held.within and held.worst == 1.04
     for change in ({"covers": (1.16, 0.9)}, {"covers": (1.06,)}, {"radiances": (0.969,)}):
         assert not replace(held, **change).within
-
-
-def test_models_are_those_of_the_tests_and_have_at_least_four_levels(tmp_path):
-    made = {"mill": mill(tmp_path / "mill.usda"), "lamp_tree": lamp_tree(tmp_path / "lamps.glb")}
-    for name, path in made.items():
-        ours = read_model(KINDS / IMPORTED[name])
-        assert ours.digest == read_model(path).digest
-        assert ours.level.max() >= 4

@@ -21,7 +21,7 @@ from scenes.appearance.sky import (
     cell_irradiance,
     sky_at,
 )
-from scenes.appearance.tone import Illumination, _fit, _solve, fit_tone, lone_object, outgoing_light
+from scenes.appearance.tone import Illumination, _fit, fit_tone, lone_object, outgoing_light
 from scenes.render import variants
 from scenes.sticks.by_view import ELEVATIONS_DEG, ViewDependence
 from scenes.sticks.object_shapes import Shapes
@@ -81,11 +81,6 @@ def test_a_level_board_sends_the_light_of_level_ground_from_whichever_side(order
         assert found[0, 0] == pytest.approx(expected, rel=0.03)
 
 
-def test_shapes_that_send_next_to_no_light_keep_their_albedo():
-    parts = np.array([[[100.0], [0.1]], [[50.0], [50.0]]])
-    assert _solve(parts, np.array([[150.0], [75.0]])).tolist() == [[1.0], [0.5]]
-
-
 def object_of(leaf_albedo, part_albedo, leaf, parts):
     """A whole whose leaf appearance stands for parts, each of which is one ball."""
     n = 1 + len(parts.tint)
@@ -127,13 +122,6 @@ def test_what_shades_itself_asks_for_darker_shapes_under_any_sun():
         assert (tone[:, -1] < 0.9).all() and (tone > 0.2).all()
     low = fit_tone((one,), Illumination(15.0), lines=6000)[0, 0]
     assert low[0] != pytest.approx(low[-2], rel=0.05), "before the sun and against it"
-
-
-def test_size_does_not_tell():
-    centre, light = [(0.0, 0.0, 2.0)], Illumination(40.0)
-    one = object_of(0.6, 0.3, balls(centre, 1.0, 0), balls(centre, 0.9, 1))
-    found = [fit_tone((each,), light, lines=500) for each in (one, one.scaled(3.7))]
-    assert np.array_equal(*found)
 
 
 def test_threads_do_not_show(monkeypatch):
@@ -185,9 +173,3 @@ def nearest(nodes, value):
     """The entries on either side."""
     k = int(np.clip(np.searchsorted(nodes, value), 1, len(nodes) - 1))
     return nodes[k - 1], nodes[k]
-
-
-def test_a_clear_sky_is_brightest_low_and_about_the_sun():
-    luminance = sky_at(40.0, 3.0).radiance @ (0.2126, 0.7152, 0.0722)
-    assert luminance[0].mean() > 2 * luminance[-1].mean()
-    assert (luminance[:, 0] > 1.2 * luminance[:, -1]).all()

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from lod.shapes import StickTable
-from scenes.appearance.visible_area import first_met, visible_areas
+from scenes.appearance.visible_area import visible_areas
 from scenes.sticks.areas import areas_of_parts, directions, outline_area
 
 X, Z = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
@@ -46,12 +46,3 @@ def test_all_that_is_seen_is_the_union():
     many, spread = table(rows), directions(9)
     seen = visible_areas(many, spread, 0.01).sum(axis=1)
     assert seen == pytest.approx(areas_of_parts(many, spread, 100.0)[0], rel=5e-3)
-
-
-def test_the_grid_lies_about_the_origin_and_knows_the_sticks():
-    two = table([((0, 0, 0), (0, 0, 0.01), 0.6, 0.6), ((5, 5, 0), (5, 5, 0.01), 0.6, 0.6)])
-    seen = first_met(two, Z, 0.1, 10)
-    assert seen.shape == (20, 20)
-    assert set(np.unique(seen)) == {-1, 0}  # the other is out of reach
-    assert np.array_equal(seen, seen[::-1, ::-1])
-    assert (seen == 0).sum() * 0.01 == pytest.approx(np.pi * 0.36, rel=0.02)

@@ -183,14 +183,6 @@ def test_a_stand_that_no_light_comes_through_is_not_white(covered):
     assert closed.residual(view, points).colours(up, bare).max() < 0.5
 
 
-def test_without_fading_it_begins_at_the_limit_and_full_leaves_nothing(covered):
-    cover, view = covered
-    D = view.limits(cover.species[0].prototypes[0].hierarchy)[0][0]
-    points = ground(view, np.array((0.99 * D, 1.01 * D)))
-    lift = cover.residual(replace(view, fade=0.0), points).lift
-    assert lift[0] == 0 and lift[1] > 0
-
-
 def test_a_world_and_its_window_have_the_same_ground():
     keys = ["species.tree.density=0", "render.size=48x27", "view.detail=12"]
     views = [load_preset("meadow", [*keys, *more]) for more in ([], ["world.extent=50"])]

@@ -12,10 +12,7 @@ CASES = [
     ("zoo", "view.detail=6", "view.shutter=180"),
     ("zoo", "view.detail=8", "camera.pitch=-80"),
     ("zoo", "view.detail=3", "camera.pitch=60"),
-    ("zoo", "view.detail=6", "view.metric=depth"),
-    ("zoo", "view.detail=6", "camera.fov=3"),
     ("zoo", "view.detail=6", "view.look_around=true"),
-    ("zoo", "view.detail=3", "world.extent=60"),
     ("zoo", "view.detail=3", 'render.size="3000x1"'),
 ]
 
@@ -37,18 +34,6 @@ def test_parts_and_shapes_are_estimated_within_a_quarter(case):
     assert parts > 500
     assert sum(each.parts for each in told) == pytest.approx(parts, rel=0.25)
     assert sum(each.sticks + each.triangles for each in told) == pytest.approx(sum(shapes), rel=0.3)
-
-
-def test_a_window_far_away_is_estimated_too():
-    far = ["world.extent=200", "camera.position=[600, 0]", "camera.heading=270"]
-    chosen = load_preset("zoo", far)
-    scene = Scene(chosen)
-    world = scene.world
-    view = scene.view(1)
-    told = sum(forecast_field(each, view).parts for each in world.fields)
-    parts = sum(len(prune(each, view)) for each in world.fields)
-    assert parts > 50
-    assert told == pytest.approx(parts, rel=0.35)
 
 
 def test_what_is_endless_costs_the_same_to_estimate():

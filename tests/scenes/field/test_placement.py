@@ -117,30 +117,6 @@ def test_it_moves_on_the_spot_in_time_with_its_motion():
     assert np.array_equal(*(origin_of(hare, view_from(0, 2, 0.5, t)) for t in times[:2]))
 
 
-def test_feet_stand_on_a_slope():
-    it, slope = at_rest(people(0, 1)[0]), 0.08
-    man = Placed("man", it, 4.0, 3.0, 20.0, Ground(slope=slope))
-    view = view_from(3.0, 2.0, 1.5)
-    _, sticks = displayed(man, view)
-    above = [
-        end[:, 2] - radius - slope * (end[:, 0] + GRID_M * view.camera.corner.x)
-        for end, radius in (
-            (sticks.start, sticks.start_radius),
-            (sticks.end, sticks.end_radius),
-        )
-    ]
-    assert min(a.min() for a in above) == pytest.approx(0.0, abs=2e-3)
-
-
-def test_a_far_thing_is_a_blob_and_a_very_far_one_nothing():
-    man = Placed("man", at_rest(people(0, 1)[0]), 0.0, 0.0, 0.0, Ground())
-    D = float(view_from(0, 0).limits(man.prototype.hierarchy)[0][0])
-    blob, _ = displayed(man, view_from(0.95 * D, 0.0))
-    nothing, _ = displayed(man, view_from(1.05 * D, 0.0))
-    assert (len(blob), len(nothing)) == (1, 0)
-    assert blob.object.tolist() == [0]
-
-
 GROUND = Terrain(3, 20.0, 256.0, 0.9, reach=500.0)
 HABITAT = Habitat(GROUND.relief, highest=8.0, thinning=12.0, steepest=0.6)
 HOME, FAR = Corner(0, 0), Corner(62_500_000_123, -62_499_999_877)

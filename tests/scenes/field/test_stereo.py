@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from bench.counting import FLAT, prototypes_of
-from bench.frame_counts import predict
 from lod.camera import Corner, camera_from_heading
 from lod.errors import InputError
 from lod.metric import METRICS
@@ -50,21 +49,6 @@ def test_what_either_eye_displays_both_do(baseline):
     if baseline == 3.0:
         assert each[0] != each[1]
         assert each[0] | each[1] != displayed(prune(field, view_of(0.0)))
-
-
-@pytest.mark.parametrize("look_around", [True, False])
-def test_a_pair_displays_as_many_as_the_law_says(look_around):
-    """Eyes 20 m apart, so that the baseline is much of D: all round, and in a field of view."""
-    view, density, fields = view_of(20.0, look_around), 0.4, 12
-    law = predict(people(), view)
-    counts = np.array(
-        [prune(people(seed, density), view).displayed_parts for seed in range(fields)]
-    )
-    spread = np.sqrt(density * law.parts_variance / fields)
-    assert spread < 0.015 * density * law.parts
-    assert counts.mean() == pytest.approx(density * law.parts, abs=3 * spread)
-    alone = predict(people(), view_of(0.0, look_around))
-    assert law.parts > 1.2 * alone.parts
 
 
 def test_one_eye_is_pruned_as_before_to_the_last_bit():

@@ -16,15 +16,13 @@ from lod.pruner import prune
 from lod.view import View
 from scenes.field.species_field import Species, SpeciesField, ground_contact_detail
 from scenes.figures.animal_file import animal
-from scenes.figures.gait import heel_and_ball
 from scenes.figures.patrol import MIN_STRIDE_FACTOR
 from scenes.models.catalogue import at_rest, people
 from scenes.presets.load import load_preset
-from scenes.rig.foot_placement import BODY, FOOTPRINT, SOLE, Placements, place_on_ground
+from scenes.rig.foot_placement import BODY, FOOTPRINT, Placements, place_on_ground
 from scenes.rig.pose import PoseTables, pose_points
 from scenes.scene import Scene
-from tests.scenes.field.brute_force import Waves, drawn, instances_in_cells, objects_in, pruned
-from tests.scenes.figures.contact_errors import lowest_heights, sample_cycle
+from tests.scenes.field.brute_force import Waves, drawn, objects_in, pruned
 from tests.scenes.figures.motion_phase import motion_at
 
 FLAT = 0.0
@@ -263,21 +261,6 @@ def prune_of(name, frame):
     return prune(field, scene.view(frame))
 
 
-def people_near(name, frame, most=250):
-    """The nearest of which a foot could be displayed, on slopes that people walk: their bodies, and
-    the corner.
-    """
-    scene, field = preset_field(name)
-    view, parts = scene.view(frame), prune_of(name, frame).parts
-    instances = parts.state.instances
-    who = parts.object[parts.parent < 0]
-    who = who[contact_levels(field, view, instances, who) == SOLE]
-    gentle = 2 * np.linalg.norm(instances.foot_contacts[who, :, 4:], axis=2).max(axis=1) < 0.2
-    away = np.linalg.norm(instances.origin[who] - view.camera.eye, axis=1)
-    who = who[gentle][np.argsort(away[gentle])[:most]]
-    return field, instances, who, view.camera.corner
-
-
 def foot_spheres(prototype, ankle):
     """Joint, centre and radius of every sphere of a foot and its toes."""
     rig, below = prototype.rig, {ankle}
@@ -319,19 +302,6 @@ def clearances(field, instances, who, corner):
 
 
 @pytest.mark.parametrize("name", ["crowd", "meadow"])
-def test_nobody_floats_or_sinks(name):
-    """The ground is rough, and feet are stiff: a centimetre is what it sticks out between."""
-    for frame in (1, 9):
-        clear, stands = clearances(*people_near(name, frame))
-        assert len(clear) > (100 if name == "crowd" else 20)
-        assert stands.any(axis=1).all()  # whoever walks has a foot on the ground
-        assert stands.all() == (name == "meadow")  # and who stands, both
-        assert clear[stands].min() > -0.010
-        assert clear[stands].max() < 0.010
-        assert clear.min() > -0.015  # nor does a foot that swings go through it
-
-
-@pytest.mark.parametrize("name", ["crowd", "meadow"])
 def test_who_is_too_far_to_show_feet_stands_as_well_as_can_be_seen(name):
     """On any slope, by less than a quarter of the detail that is displayed there; and there are
     many of whom only the whole could be, and many of whom more could.
@@ -353,89 +323,3 @@ def test_who_is_too_far_to_show_feet_stands_as_well_as_can_be_seen(name):
             closely == FOOTPRINT
             or (feet == field.prototypes.part_tables.root[instances.prototype[some]]).all()
         )
-
-
-def test_no_animal_floats_or_sinks():
-    """Of a herd on rough ground, of slopes up to 0.2: all feet that stand. Deepest are the toes of
-    an ostrich, which lie on slopes along its way and not on those across it.
-    """
-    preset = load_preset("zoo", ["species.tree.density=0"])
-    scene = Scene(preset)
-    world = scene.world
-    view = scene.view(5)
-    for field in world.fields:
-        legs = field.prototypes.pose_tables.max_legs
-        if not legs:
-            continue
-        cut = prune(field, view)
-        instances, who = cut.parts.state.instances, cut.parts.object[cut.parts.parent < 0]
-        closely = contact_levels(field, view, instances, who) == SOLE
-        who = who[closely][:200]
-        clear, stands = clearances(field, instances, who, view.camera.corner)
-        level = min(
-            float(lowest_heights(p, sample_cycle(p)).min()) for p in field.prototypes.rigged
-        )
-        assert clear[stands].min() > level - 0.015, field.name
-        assert clear[stands].max() < 0.010, field.name
-
-
-def identities(samples):
-    """What the objects of one frame are called in any other."""
-    columns = samples.cell_x.tolist(), samples.cell_y.tolist(), samples.index.tolist()
-    return list(zip(*columns, strict=True))
-
-
-HEEL, BALL = (0.0, 0.30), (0.09, 0.62)
-"""Phases after landing while the foot rolls over its heel, and over its ball."""
-
-
-def contacts(field, instances, who):
-    """Where heels and balls are, (n, 4, 2) [m], and whether they carry, (n, 4)."""
-    place, carries = np.empty((len(who), 4, 2)), np.empty((len(who), 4), bool)
-    for variant, prototype in enumerate(field.prototypes.rigged):
-        of_it = np.flatnonzero(instances.prototype[who] == variant)
-        for foot, side in enumerate(("left", "right")):
-            ankle = prototype.rig.row(f"{side} ankle")
-            rows, points = who[of_it], np.zeros(len(of_it), np.int64)
-            own = (instances.phase[who[of_it]] - 0.5 * foot) % 1.0
-            round_ends = heel_and_ball(prototype, ankle)
-            for k, ((x, z, _), (lands, leaves)) in enumerate(
-                zip(round_ends, (HEEL, BALL), strict=True)
-            ):
-                point = np.array([(x, 0.0, z)]), np.array([ankle])
-                at = pose_points(field.prototypes.pose_tables, instances, rows, points, *point)
-                place[of_it, 2 * foot + k] = at[:, :2]
-                carries[of_it, 2 * foot + k] = (own >= lands) & (own < leaves)
-    return place, carries
-
-
-def test_nobody_skates():
-    """For a second of the crowd, what a foot stands on moves less than 2 cm over the ground: from
-    frame to frame, and for as long as it stands.
-    """
-    field, instances, who, corner = people_near("crowd", 1, 150)
-    names, second = identities(prune_of("crowd", 1).parts.state.samples), []
-    chosen = [names[i] for i in who]
-    cells = np.unique(np.array([name[:2] for name in chosen]), axis=0).T
-    for frame in range(1, 26):
-        objects = instances_in_cells(field, corner, *cells, (frame - 1) / 24)
-        row = {name: i for i, name in enumerate(identities(objects.samples))}
-        second.append(contacts(field, objects.instances, np.array([row[name] for name in chosen])))
-    assert np.array_equal(second[0][0], contacts(field, instances, who)[0])
-    place, carries = (
-        np.array(column).reshape(25, len(who) * 4, -1) for column in zip(*second, strict=True)
-    )
-    carries = carries[..., 0]
-    both = carries[1:] & carries[:-1]
-    steps = np.linalg.norm(np.diff(place, axis=0), axis=-1)
-    assert both.sum() > 1000
-    assert steps[both].max() < 0.02
-    assert steps[~both].max() > 0.05  # feet that swing do move
-    longest = 0.0
-    for contact in range(place.shape[1]):
-        on = np.flatnonzero(carries[:, contact])
-        for stance in np.split(on, np.flatnonzero(np.diff(on) > 1) + 1):
-            if len(stance):
-                slid = np.linalg.norm(np.ptp(place[stance, contact], axis=0))
-                longest = max(longest, float(slid))
-    assert longest < 0.02

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from lod.arrays import Reals
-from scenes.figures.gait import Gait, Leg, heel_and_ball
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.rig.rotations import Quaternions, Vectors, rotate_vectors
 from tests.scenes.figures.motion_phase import motion_at
@@ -44,32 +43,6 @@ def lowest_heights(prototype: RiggedPrototype, seen: SampledCycle) -> Reals:
                 at = _placed(seen.origin[:, joint], seen.facing[:, joint], point)
                 low = np.minimum(low, (at[..., 2] - radius).min(axis=1))
     return low
-
-
-def foot_slide(prototype: RiggedPrototype, gait: Gait, seen: SampledCycle) -> float:
-    """Farthest that heel or ball moves over the ground while the foot rolls over it [m]."""
-    worst = 0.0
-    for leg in gait.legs:
-        heel_until, ball_from = _rolls(leg)
-        for side in ("left", "right"):
-            row = prototype.rig.row(f"{side} {leg.ankle}")
-            own = (seen.phase - leg.strike - (leg.apart if side == "right" else 0.0)) % 1.0
-            stances = (own < min(heel_until, gait.duty), (own >= ball_from) & (own < gait.duty))
-            for (x, z, _), stands in zip(heel_and_ball(prototype, row), stances, strict=True):
-                point = np.array((x, 0.0, z))
-                path = _placed(seen.origin[stands, row], seen.facing[stands, row], point)[:, :2]
-                path[:, 0] += prototype.motion.stride * own[stands]
-                if len(path):
-                    worst = max(worst, float(np.linalg.norm(np.ptp(path, axis=0))))
-    return worst
-
-
-def _rolls(leg: Leg) -> tuple[float, float]:
-    """Phases until which the heel, and from which the ball, is the contact that stays: flat is
-    both.
-    """
-    flat = [phase for phase, degrees in leg.pitch if degrees == 0.0 and phase < 0.6]
-    return (max(flat), min(flat)) if flat else (0.0, 1.0)
 
 
 def _placed(origin: Vectors, facing: Quaternions, point: Vectors) -> Vectors:

@@ -92,13 +92,6 @@ class TestHierarchy:
         assert NAMES[h.parent[ROW[part]]] == whole
         assert h.level[ROW[part]] == level
 
-    def test_smaller_parts_go_first(self, people):
-        """P + R falls from the person to the arm, the hand, the finger and its last joint."""
-        chain = ("person", "left arm", "left forearm", "left hand", "left index finger")
-        rows = [ROW[name] for name in (*chain, "left index phalanx 3")]
-        for p in people:
-            assert (np.diff((p.hierarchy.P + p.hierarchy.R)[rows]) < 0).all()
-
 
 class TestStanding:
     def test_soles_on_the_ground(self, people):
@@ -138,29 +131,12 @@ class TestStanding:
                 height, abs=0.02
             )
 
-    def test_segments(self):
-        """The same source: upper arm 0.186, forearm 0.146, thigh 0.245, shank 0.246 of stature."""
-        lengths = {"elbow": 0.186, "wrist": 0.146, "knee": 0.245, "ankle": 0.246}
-        anatomy = human_tables()
-        for joint, length in lengths.items():
-            offset = anatomy.side_joints[joint].at
-            assert np.linalg.norm(offset) == pytest.approx(length, abs=0.006)
-        assert "neck" in anatomy.joints
-
     def test_faces_x_with_the_left_side_at_y(self, people):
         for p in people:
             at = p.hierarchy.position
             assert at[ROW["nose"], 0] > at[ROW["head"], 0] + 0.05
             assert at[ROW["left big toe"], 0] > at[ROW["left foot"], 0] + 0.08
             assert at[ROW["left hand"], 1] > 0.15
-
-    def test_two_sides_are_mirror_images(self, people):
-        left = [row for row, name in enumerate(NAMES) if name.startswith("left ")]
-        right = [ROW["right " + NAMES[row].removeprefix("left ")] for row in left]
-        for p in people:
-            h = p.hierarchy
-            assert h.position[left] * (1, -1, 1) == pytest.approx(h.position[right])
-            assert h.R[left] == pytest.approx(h.R[right], rel=1e-3)  # leaf looks are fitted
 
 
 class TestLeafAppearance:
@@ -177,15 +153,6 @@ class TestLeafAppearance:
                 tolerance = 0.03 if NAMES[row] == "cranium" else 0.01
                 assert seen == pytest.approx(hidden, rel=tolerance), NAMES[row]
 
-    def test_cores_are_hidden_by_the_parts(self, people):
-        for p in people[:2]:
-            full = p.hierarchy.part_count == 0
-            everything = np.arange(len(full))
-            bodies = [r for r in everything if full[r] or has_body(NAMES[r])]
-            with_cores = mean_area(shown(p, everything, full))[0]
-            without = mean_area(shown(p, bodies, full[bodies]))[0]
-            assert with_cores == pytest.approx(without, rel=0.01)
-
     def test_whatever_is_not_displayed_leaves_no_hole(self, people):
         """As parts drop out one by one, smallest P + R first, the person stays covered."""
         for p in people[:2]:
@@ -197,16 +164,6 @@ class TestLeafAppearance:
                 rows = np.flatnonzero(d < D)
                 leaf = ~np.isin(rows, h.parent[rows])
                 assert mean_area(shown(p, rows, leaf))[0] > 0.85 * full
-
-    def test_a_forearm_without_its_hand_reaches_further(self, people):
-        def reach(table, row):
-            block = slice(table.first[row], table.first[row + 1])
-            return np.linalg.norm(table.end[block] - at, axis=1).max()
-
-        for p in people:
-            row = ROW["left forearm"]
-            at = p.hierarchy.position[row]
-            assert reach(p.leaf, row) > reach(p.inner, row) + 0.1
 
 
 def has_body(name):
@@ -222,11 +179,6 @@ class TestChance:
             assert p.leaf.start.tobytes() == q.leaf.start.tobytes()
             assert p.hierarchy.P.tobytes() == q.hierarchy.P.tobytes()
             assert p.tints.tobytes() == q.tints.tobytes()
-
-    def test_other_seeds_and_other_numbers_differ(self, people):
-        everyone = (*people, *standing_people(2, 2))
-        assert len({stature(p) for p in everyone}) == len(everyone)
-        assert len({p.tints.tobytes() for p in everyone}) > 1
 
 
 PEOPLE = {"person": 0.0, "child": 1.0}

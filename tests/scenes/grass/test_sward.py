@@ -38,13 +38,6 @@ def blade_lengths(tuft: Prototype, size: float) -> np.ndarray:
     return lower - ROOT_M * size + upper
 
 
-def test_a_tuft_owns_blades_and_stems():
-    for tuft in tuft_prototypes(0, 4):
-        h = tuft.hierarchy
-        assert h.level.tolist() == [0] + [1] * (len(h) - 1)
-        assert len(h) >= 1 + BLADES and (h.parent[1:] == 0).all()
-
-
 def test_blades_are_as_long_as_they_should_be():
     """In sizes from 0.8 to 1.25 they are 3 to 60 cm long, and most longer than 12."""
     tufts = model_prototypes("sward", 4, SIZES, False)[::RANKINGS]
@@ -87,15 +80,6 @@ def test_a_round_stick_covers_what_its_blade_covers_on_average():
     for row, corners in enumerate(blades(tuft), start=1):
         width = np.linalg.norm(corners[1] - corners[0], axis=0) * 2 / np.pi
         assert 2 * tuft.leaf.start_radius[tuft.leaf.first[row]] == pytest.approx(width)
-
-
-def test_nothing_hangs_in_the_air_on_a_slope():
-    """Everything is rooted deeper than a slope falls from the foot to where it stands."""
-    for tuft in tuft_prototypes(0, 4):
-        root = blades(tuft)[:, :2].mean(axis=1)
-        away = np.hypot(root[:, 0], root[:, 1])
-        assert (root[:, 2] < 0).all()
-        assert np.mean(root[:, 2] < -0.25 * away) > 0.95
 
 
 @pytest.mark.parametrize("metric", ["blake", "bounded", "solid_angle"])
@@ -153,17 +137,3 @@ def test_it_moves_in_the_wind_within_its_limits():
         assert (bent <= h.R[p.meshes.vertex_owner] * (1 + 1e-9)).all()
         moved.append(np.linalg.norm(at - rest, axis=1).max())
     assert 0.02 < max(moved) < 0.3
-
-
-def test_seasons_dry_it():
-    dry = [
-        np.mean([np.mean(t.leaf.tint >= 8) for t in tuft_prototypes(0, 2, season)])
-        for season in ("spring", "winter")
-    ]
-    assert dry[0] < 0.2 and dry[1] > 0.4
-
-
-def test_more_prototypes_leave_the_first_as_they_are():
-    one, two = tuft_prototypes(0, 1), tuft_prototypes(0, 2)
-    assert np.array_equal(one[0].leaf.start, two[0].leaf.start)
-    assert not np.array_equal(two[0].leaf.start[:20], two[1].leaf.start[:20])

@@ -13,7 +13,6 @@ from lod.shapes import triangle_areas
 from lod.view import View
 from scenes.field.emission import PLAIN, emit_meshes
 from scenes.field.species_field import Species, SpeciesField
-from scenes.field.thinning import Left, Thinning
 from scenes.grass.sward import LEAST, PIXELS, RANKINGS, ranked, swards, tuft_prototypes
 from scenes.ground.terrain import Terrain
 from scenes.trees.species import Weather
@@ -103,15 +102,6 @@ def test_the_ground_takes_over_what_is_missing():
     kept = tables.kept(rows, d, seen, still)
     assert kept[0] == 1 and kept.min() == LEAST and (np.diff(kept) <= 1e-12).all()
     assert tables.kept(rows, d, seen, still + 0.5).max() <= 1  # between two steps of motion
-
-
-def test_what_does_not_thin_out_stays_as_it_is():
-    assert Thinning.of((TUFT.hierarchy,)) is None
-    mixed = Thinning.of((TUFT.hierarchy, *(t.hierarchy for t in TUFTS)))
-    limits = np.full(len(mixed.kind), 10.0)
-    kept = Left.of(mixed, limits, 0.2).kept(np.arange(len(limits)), np.full(len(limits), 9.0))
-    n = len(TUFT.hierarchy)
-    assert (kept[:n] == 1).all() and (kept[n::n] == 0).all() and kept[n + 1] == pytest.approx(0.5)
 
 
 def test_wider_blades_are_no_longer_and_far_ones_plain():

@@ -69,9 +69,3 @@ def test_limits_are_the_metrics_own_of_p_and_r(metric, above):
     P = priorities(HILLS.relief, HILLS.spacings, tilt)
     np.testing.assert_allclose(inside[1:], limit(P, R, view.m)[1:], rtol=1e-6)
     assert np.all(inside >= unseen[0])
-
-
-def test_the_higher_the_eye_the_finer_the_ground():
-    low, high = (HILLS.limits(view_of(HILLS, above=above))[0][1:] for above in (2.0, 200.0))
-    assert np.all(high > low)
-    assert high[-1] > 1.2 * low[-1]

@@ -53,18 +53,9 @@ def test_snow_lies_high_and_not_on_cliffs():
     assert below[1] + 0.1 < middle[1] < above[1] - 0.1
 
 
-def test_grass_is_green_and_stone_is_not():
-    grass, stone = albedo("grassy", 0.0, 0.1), albedo("bare", 0.0, 0.1)
-    assert grass[1] > grass[0] > grass[2]
-    assert stone[0] > stone[1] > stone[2]
-    steep = [albedo(name, 0.0, 1.5) for name in GROUND_MATERIALS]
-    for name, colour in zip(GROUND_MATERIALS, steep, strict=True):
-        assert colour == pytest.approx(GROUND_MATERIALS[name].steep, rel=0.05)
-
-
 @pytest.mark.parametrize("cover", list(GROUND_MATERIALS))
-@pytest.mark.parametrize("spread", [0.1, 0.3, 0.5])
-@pytest.mark.parametrize("slope", [0.0, 0.5, 1.0])
+@pytest.mark.parametrize("spread", [0.1, 0.5])
+@pytest.mark.parametrize("slope", [0.0, 1.0])
 def test_hidden_slopes_leave_the_mean_of_their_albedo(cover, spread, slope):
     """Against 4000 sampled facets, on high ground, where snow slides off the steep ones."""
     random = np.random.default_rng(5)
@@ -199,7 +190,7 @@ SLOPES = np.array([[0.0, 0.0], [0.3, -0.2], [-0.6, 0.1], [0.1, 0.9]])
 WAYS = [(0.0, 0.0, 1.0), (1.0, 0.3, 1.0), (-1.0, 2.0, 0.4), (1.0, 0.0, 0.02)]
 
 
-def sampled_facets(slope, sigma, way, count=400_000):
+def sampled_facets(slope, sigma, way, count=100_000):
     """Slopes about one, and how much of each the eye sees."""
     slopes = slope + sigma * np.random.default_rng(2).standard_normal((count, 2))
     facets = np.column_stack((-slopes, np.ones(count)))
@@ -220,7 +211,7 @@ def test_octaves_have_the_slope_variance_that_is_worked_out(ridged):
 
 
 @pytest.mark.parametrize("way", WAYS)
-@pytest.mark.parametrize("sigma", [0.05, 0.3, 0.6])
+@pytest.mark.parametrize("sigma", [0.05, 0.6])
 def test_seen_slopes_are_those_of_sampled_facets(way, sigma):
     for slope in SLOPES:
         slopes, _, seen = sampled_facets(slope, sigma, way)
@@ -236,7 +227,7 @@ def test_seen_slopes_are_those_of_sampled_facets(way, sigma):
 
 
 @pytest.mark.parametrize("way", WAYS)
-@pytest.mark.parametrize("sigma", [0.05, 0.3, 0.6])
+@pytest.mark.parametrize("sigma", [0.05, 0.6])
 def test_the_mean_normal_is_that_of_sampled_facets(way, sigma):
     for slope in SLOPES:
         _, facets, seen = sampled_facets(slope, sigma, way)
@@ -249,13 +240,6 @@ def test_the_mean_normal_is_that_of_sampled_facets(way, sigma):
         expected = np.average(units, axis=0, weights=seen)
         assert share[0] * normal[0] == pytest.approx(expected, abs=0.04)
         assert normal[0] @ np.array(way) > 0
-
-
-def test_smooth_ground_keeps_its_normal_and_its_light():
-    eye, sun = np.tile((0.2, 0.1, 1.0), (len(SLOPES), 1)), np.array((0.6, 0.0, 0.8))
-    normals, share = seen_facets(SLOPES, np.zeros(len(SLOPES)), eye, sun)
-    assert normals == pytest.approx(unit_normals(SLOPES), abs=0.01)
-    assert share == pytest.approx(1.0, abs=1e-4)
 
 
 def test_a_cavity_returns_what_escapes_at_every_bounce():
@@ -292,8 +276,7 @@ def patch_light(ridged, amplitude, depression, sun, azimuth, detail):
     return float(render_frame(frame).rgb.mean())
 
 
-@pytest.mark.parametrize("sun", [20, 35, 55])
-@pytest.mark.parametrize("azimuth", [180, 90, 0])
+@pytest.mark.parametrize(("sun", "azimuth"), [(20, 180), (35, 0)])
 @pytest.mark.parametrize(("ridged", "amplitude", "most"), [(False, 1.0, 0.06), (True, 0.5, 0.1)])
 def test_hidden_relief_leaves_its_light(ridged, amplitude, most, sun, azimuth):
     """Relief all drawn, with its shadows, against the same all hidden, in one law of light.

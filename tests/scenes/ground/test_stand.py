@@ -156,16 +156,3 @@ def inside(table, points):
     gap = np.linalg.norm(away[:, :, None] - steps[:, None] * axis[:, None], axis=3)
     radius = table.start_radius[:, None] * (1 - steps) + table.end_radius[:, None] * steps
     return (gap < radius).any(axis=2)
-
-
-def test_where_things_stand_is_the_same_whatever_they_look_like():
-    one, other = (stand_field([ball(r=r)], np.array((0.05,)), 5.0) for r in (1.0, 0.3))
-    v = np.tile((0.0, 0.0, -1.0), (4000, 1))
-    origin = np.tile((0.0, 0.0, 9.0), (4000, 1))
-    (_, big, _), (_, small, _) = (lines(s, np.arange(4000), origin, v) for s in (one, other))
-    assert (big[small >= 0] >= 0).all() and 0 < (small >= 0).sum() < (big >= 0).sum()
-
-
-def test_a_cell_is_not_smaller_than_what_stands_in_it():
-    with pytest.raises(AssertionError):
-        stand_field([ball(r=3.0)], np.array((0.01,)), 2.0)

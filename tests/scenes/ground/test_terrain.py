@@ -12,7 +12,7 @@ from lod.eye import CONTRAST_CLASSES
 from lod.pruner import prune
 from lod.view import distance
 from scenes.ground.mesh import MOST_COARSER, QUADS, lattice_mesh
-from scenes.ground.quadtree import SIDES, Patches, balance, morton, uncovered_quarters
+from scenes.ground.quadtree import SIDES, Patches, balance
 from scenes.ground.terrain import SAMPLES, Terrain, height_samples
 from scenes.sticks.prototype import GROUND_CONTRAST
 from tests.scenes.ground.grounds import (
@@ -20,7 +20,6 @@ from tests.scenes.ground.grounds import (
     FLAT,
     HILLS,
     LACUNAR,
-    ROUGH,
     assert_watertight,
     cut_and_mesh,
     grounds,
@@ -168,15 +167,9 @@ def test_each_tile_draws_ground_of_its_own(terrain, view):
     )
 
 
-def test_where_only_some_quarters_are_displayed_the_tile_draws_the_others():
-    level, x, y = (np.array(v) for v in ((0, 1, 1), (0, 0, 1), (0, 1, 1)))
-    patches = uncovered_quarters(level, x, y)
-    assert list(patches.owner) == [0, 0, *[1] * 4, *[2] * 4]
-    assert list(patches.depth) == [1, 1, *[2] * 8]
-
-
-def test_every_plumb_line_meets_the_ground_once_and_within_a_pixel():
-    view = view_of(HILLS, look_around=True, above=30.0, size=(160, 90))
+@pytest.mark.parametrize("fade", [0.0, 0.3])
+def test_every_plumb_line_meets_the_ground_once_and_within_a_pixel(fade):
+    view = view_of(HILLS, look_around=True, above=30.0, size=(160, 90), fade=fade)
     _, mesh = cut_and_mesh(HILLS, view)
     rng = np.random.default_rng(3)
     turn, away = 2 * np.pi * rng.random(10_000), 10 ** rng.uniform(0, 3.47, 10_000)
@@ -236,13 +229,6 @@ def test_any_quadtree_makes_one_watertight_mesh(seed):
     assert area.sum() == 6 * unit**2
 
 
-def test_morton_codes_take_the_bits_in_turns():
-    x, y = (np.array([v], np.int64) for v in (0b1011, 0b0110))
-    assert morton(x, y)[0] == 0b01101101
-    large = morton(np.array([2**31 - 1]), np.array([0]))[0]
-    assert large == sum(4**k for k in range(31))
-
-
 # --- exactness
 
 
@@ -260,12 +246,6 @@ def test_the_frame_does_not_depend_on_where_its_corner_is(home):
     np.testing.assert_array_equal(a.vertices[:, :2], b.vertices[:, :2] + GRID_M * np.array(steps))
     np.testing.assert_allclose(a.vertices[:, 2], b.vertices[:, 2], rtol=0, atol=1e-9)
     np.testing.assert_allclose(a.colours, b.colours, rtol=0, atol=1e-9)
-
-
-def test_the_same_view_gives_the_same_bytes():
-    meshes = [cut_and_mesh(ROUGH, view_of(ROUGH))[1] for _ in range(2)]
-    for name in ("vertices", "normals", "colours", "faces", "owner"):
-        assert getattr(meshes[0], name).tobytes() == getattr(meshes[1], name).tobytes()
 
 
 def test_flat_ground_is_few_tiles_exactly_level_and_not_of_one_colour():

@@ -10,23 +10,19 @@ import pytest
 from bench.conformance import Subject, broken_rules
 from lod.camera import Corner, camera_from_heading
 from lod.crossfade import blend_weights
-from lod.pruner import BlendWeights, prune
+from lod.pruner import prune
 from lod.shapes import Mesh, MeshTable, SticksAndTriangles, triangle_areas
 from scenes.appearance.tone import displayed_to
 from scenes.appearance.visible_area import visible_areas
-from scenes.field.prototypes import species_prototypes
 from scenes.field.species_field import Placed, Species, SpeciesField
 from scenes.ground.terrain import Terrain
 from scenes.imported.imported_prototype import (
-    TINTS,
-    few_tints,
     imported_prototype,
     projected_areas,
     surface_balls,
 )
 from scenes.imported.library import read_model
 from scenes.imported.part_tree import PartTree
-from scenes.render.motion_vectors import carry_with_triangle
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.sticks.areas import areas_of_parts, directions
 from scenes.sticks.by_view import ELEVATIONS_DEG
@@ -93,18 +89,6 @@ def test_pieces_share_the_surface(mill_tree: PartTree) -> None:
     np.testing.assert_allclose(2 * math.pi * centre, by_area, atol=1e-9)
 
 
-def test_few_tints_keep_the_mean() -> None:
-    rng = np.random.default_rng(0)
-    colours = rng.uniform(0, 1, (5000, 3))
-    tints = few_tints(colours)
-    nearest = np.argmin(((colours[:, None] - tints) ** 2).sum(axis=-1), axis=1)
-    assert len(tints) <= TINTS
-    assert np.abs(tints[nearest].mean(axis=0) - colours.mean(axis=0)).max() < 0.02
-    np.testing.assert_allclose(
-        few_tints(tints[[2, 0, 0]]), np.sort(tints[[2, 0]], axis=0), atol=1e-6
-    )
-
-
 @pytest.mark.parametrize("which", ["mill_tree", "lamp_model"])
 def test_sticks_of_ends_cover_what_the_meshes_do(
     which: str, request: pytest.FixtureRequest
@@ -131,16 +115,6 @@ def test_down_to_every_level_it_covers_what_its_meshes_do(mill_tree: PartTree) -
             ratios += (areas[0] / areas[1]).tolist()
         assert np.mean(ratios) == pytest.approx(1, abs=0.02)
         assert np.abs(np.array(ratios) - 1).max() < 0.1
-
-
-def test_limits_come_from_the_meshes(mill_tree: PartTree) -> None:
-    h = imported_prototype("mill", mill_tree).hierarchy
-    slat = mill_tree.names.index("mill/rotor/sail0/lattice/panel0/slat0")
-    assert h.P[slat] == pytest.approx(math.sqrt(1.0 * 0.2), rel=0.03)
-    corner = math.hypot(0.5, 0.1, 0.015)
-    assert corner <= h.R[slat] < 1.15 * corner
-    sail = mill_tree.names.index("mill/rotor/sail0")
-    np.testing.assert_allclose(h.level[[0, sail, slat]], (0, 2, 5))
 
 
 def placed(name: str, tree: PartTree) -> Subject:
@@ -221,30 +195,3 @@ def test_what_turns_is_half_way_round_in_half_a_period(mill_tree: PartTree) -> N
     assert np.linalg.norm(soon - now, axis=1).max() == pytest.approx(
         2 * 6.7 * math.sin(math.pi * 0.1 / 4), rel=0.1
     )
-
-
-def test_what_fades_shrinks_to_its_share_of_area(lamp_model: PartTree) -> None:
-    prototypes = species_prototypes((imported_prototype("it", lamp_model),))
-    it = Placed("it", prototypes.prototypes[0], 0.0, 0.0, 0.0, GROUND)
-    camera = camera_from_heading(Corner(0, 0), np.array((0.0, -30.0, 6.0)), 0, 0, 60, (90, 50))
-    parts = prune(it, Subject(lambda: it, camera).view("full")).parts
-    areas = []
-    for share in (1.0, 0.25):
-        weights = BlendWeights(np.zeros(len(parts)), np.full(len(parts), share))
-        shape = it.appearance(parts, weights)
-        assert isinstance(shape, SticksAndTriangles)
-        own = triangle_areas(shape.triangles.vertices, shape.triangles.faces)
-        areas.append(np.bincount(shape.triangles.owner, own, len(parts)))
-    assert (areas[0] > 0).sum() > 200
-    np.testing.assert_allclose(areas[1], 0.25 * areas[0], rtol=1e-9)
-
-
-def test_points_go_with_their_triangle() -> None:
-    rng = np.random.default_rng(1)
-    corners = rng.normal(size=(20, 3, 3))
-    shares = rng.dirichlet((1, 1, 1), 20)
-    turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
-    after = corners @ turn.T + (1, 2, 3)
-    points = np.einsum("nk,nkx->nx", shares, corners)
-    moved = carry_with_triangle(points, corners, after - corners)
-    np.testing.assert_allclose(moved, points @ turn.T + (1, 2, 3), atol=1e-9)

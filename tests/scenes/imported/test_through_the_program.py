@@ -2,6 +2,7 @@
 
 import json
 import os
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,6 @@ from PIL import Image
 
 from bench.cli.commands import model
 from bench.cli.commands.model import SIDE
-from bench.cli.main import main
 from lod.errors import InputError
 from scenes.imported.library import keep_model, model_by_digest, read_model
 from scenes.model_files.names import user_model_names
@@ -21,6 +21,7 @@ from scenes.render.exr.layer_file import read_exr
 from scenes.render.exr.sequence import read_whole
 from scenes.render.frame_session import FrameSession
 from scenes.render.variants import choose
+from tests.said import said
 from tests.scenes.imported.sample_models import lamp_tree, mill
 
 PRESET = """
@@ -49,14 +50,7 @@ spp = 1
 @pytest.fixture
 def run(tmp_path: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Any:
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
-
-    def runner(*words: str) -> tuple[int, str, str]:
-        with pytest.raises(SystemExit) as ended:
-            main(words)
-        out, err = capfd.readouterr()
-        return int(ended.value.code or 0), out, err
-
-    return runner
+    return partial(said, capfd)
 
 
 @pytest.fixture

@@ -45,12 +45,6 @@ def test_standing_keeps_legs_and_nothing_of_the_walk(model):
     assert min(lows) == pytest.approx(0.0, abs=0.02 * walker.hierarchy.B[0])
 
 
-def test_what_does_not_walk_goes_on_as_it_does():
-    (mill,) = model_prototypes("windmill", 1, (1.0,), walks=False)
-    assert len(mill.motion.rotations) > 1
-    assert at_rest(mill) is mill
-
-
 @pytest.mark.parametrize("model", animal_names())
 @pytest.mark.parametrize("count", [0, 2, 7])
 def test_animals_come_in_one_build(model, count):
@@ -75,24 +69,3 @@ def test_sizes_scale_every_length(model, walks):
         assert large.motion.stride == pytest.approx(2.5 * one.motion.stride)
         speeds = large.motion.speed, one.motion.speed * np.sqrt(2.5)  # equal Froude numbers
         assert speeds[0] == pytest.approx(speeds[1])
-
-
-@pytest.mark.parametrize("model", ["figure", "tree"])
-def test_every_prototype_comes_in_every_size(model):
-    sizes = (0.5, 1.0, 2.0)
-    them = model_prototypes(model, 2, sizes, walks=False)
-    alone = [model_prototypes(model, 2, (size,), walks=False) for size in sizes]
-    assert len(them) == 6
-    tallest = [it.hierarchy.B[0] for it in them]
-    assert tallest == [each[k].hierarchy.B[0] for k in range(2) for each in alone]
-
-
-def test_people_walk_each_in_a_way_of_their_own():
-    them = model_prototypes("figure", 3, (1.0,), walks=True)
-    speeds = [it.motion.speed for it in them]
-    assert len(set(speeds)) == 3
-    assert all(0.5 < speed < 2.2 for speed in speeds)
-    first, _ = model_prototypes("figure", 2, (1.0,), walks=True)
-    assert np.array_equal(
-        first.motion.rotations, them[0].motion.rotations
-    )  # the k-th is itself alone

@@ -57,17 +57,6 @@ def test_every_level_of_a_ball_covers_its_disc(radius):
         assert cover(prototype, level) == pytest.approx(finest, rel=0.05)
 
 
-def test_only_cells_that_the_surface_crosses_are_kept():
-    solid = ball(0.8)
-    hierarchy = octree_prototype("ball", solid, TINTS).hierarchy
-    count = np.bincount(hierarchy.level)
-    assert count[0] == 1 and count[1] == 8
-    # A surface has four times the cells at half the size, a volume eight times.
-    assert count[DEPTH] / count[DEPTH - 1] == pytest.approx(4, rel=0.25)
-    centre = hierarchy.position[hierarchy.level == DEPTH]
-    assert np.linalg.norm(centre, axis=1).min() > 0.8 - 3 * solid.side / 2**DEPTH
-
-
 @pytest.mark.parametrize("k", [0, 1])
 def test_no_light_gets_through_a_boulder(k):
     """Rays that pass its middle closer than half the way to its surface meet a ball."""

@@ -120,17 +120,6 @@ def test_nothing_is_there_before_the_foot_strikes_nor_after_its_life():
             assert max(total) < 1e-4
 
 
-def test_live_puffs_are_those_of_the_last_seconds():
-    it, at = dust(), view()
-    puffs, walks = level(it, 1, at), walks_of(it, at)
-    walking = it.legs.walks.any(axis=1)
-    assert set(walks.prototype[puffs.object]) == set(np.flatnonzero(walking))
-    legs, period = it.legs.walks.sum(axis=1)[walks.prototype], walks.rounds.period
-    due = LIFE_S / period * legs
-    found = np.bincount(puffs.object, minlength=len(walks))
-    assert np.all(np.abs(found - due)[legs > 0] <= legs[legs > 0])
-
-
 @pytest.mark.parametrize(("rise", "rough", "wind"), [(0.0, 0.0, 0.0), (0.5, 0.05, 8.0), (3, 2, 0)])
 def test_everything_is_inside_its_bound_at_all_times(rise, rough, wind):
     it = dust(Slope(rise, rough), wind, few=True)
@@ -184,13 +173,6 @@ def test_dust_stays_while_the_walker_goes_on_and_settles():
     tall = max(it.legs.stride)
     heights = drawn(it, level(it, 2, view(metric="full"))).start[:, 2]
     assert heights.min() >= 0 and heights.max() < 1.4 * HIGH * tall
-
-
-def test_it_lies_on_the_slope_that_it_is_on():
-    it = dust(Slope(0.3), few=True)
-    flat = dust(few=True)
-    place, level_ = (level(i, 2, view(metric="full")).position for i in (it, flat))
-    assert place[:, 2] - 0.3 * place[:, 0] == pytest.approx(level_[:, 2], abs=1e-9)
 
 
 def test_it_is_the_same_wherever_the_frame_counts_from():
@@ -256,12 +238,6 @@ def test_a_deep_layer_of_its_grains_has_the_colour_of_the_ground(cover):
     assert (1 - gamma) / (1 + gamma) == pytest.approx(soil.ground, abs=1e-12)
     assert np.all((soil.tints > soil.ground) & (soil.tints < soil.grain))
     assert soil.tint(HOME, np.array([[0.0, 0.0], [400.0, 9.0]])).max() < len(soil.tints)
-
-
-def test_walkers_are_told_apart():
-    cell, index = np.arange(4).repeat(4), np.tile(np.arange(4), 4)
-    found = dust().object_keys(cell, -cell, index)
-    assert len(np.unique(found)) == 16
 
 
 def test_only_who_is_asked_to_throws_up_dust():

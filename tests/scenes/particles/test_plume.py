@@ -12,21 +12,14 @@ from lod.shapes import StickTable, Triangles
 from lod.view import View
 from scenes.particles.plume import KINDS, PARTICLES_PER_BALL, SMOKE, Plume
 from scenes.sticks.areas import directions, mean_area
+from tests.scenes.flat_ground import FlatGround
 from tests.scenes.particles.levels import drawn, level
 
 HOME = Corner(0, 0)
 
 
-class Flat:
-    def height(self, corner, xy):
-        return np.zeros(len(xy))
-
-    def bounds(self):
-        return 0.0, 0.0
-
-
 def plume(kind="smoke", **changes):
-    return Plume(kind, KINDS[kind], 7, 3.0, -2.0, Flat(), **changes)
+    return Plume(kind, KINDS[kind], 7, 3.0, -2.0, FlatGround(), **changes)
 
 
 def view(time_s=20.0, corner=HOME, detail=1.0):
@@ -86,13 +79,6 @@ def test_it_stands_in_the_plane_wherever_the_frame_counts_from():
     assert np.allclose(here.position, there.position + shift, atol=1e-9)
     moved = level(replace(it, x=10.0), 2, view())
     assert np.allclose(moved.position - here.position, (7.0, 0.0, 0.0))
-
-
-def test_sizes_scale_everything():
-    one, two = plume("flames"), plume("flames", size=2.0)
-    assert np.allclose(two.hierarchies[0].R, 2 * one.hierarchies[0].R)
-    assert np.allclose(two.hierarchies[0].P, 2 * one.hierarchies[0].P)
-    assert drawn(two, level(two, 2, view())).vertices[:, 2].max() < two.top_m
 
 
 def test_from_afar_a_plume_is_a_few_large_puffs():

@@ -1,6 +1,5 @@
 """Presets say what they mean, are refused by key in one line, and read back as they are written."""
 
-import json
 from pathlib import Path
 
 import pytest
@@ -10,9 +9,7 @@ from hypothesis import strategies as st
 from lod.errors import InputError
 from scenes.presets.keys import NAMED, key_entries, known_keys
 from scenes.presets.load import (
-    Setting,
     load_preset,
-    preset_from,
     preset_names,
     preset_toml,
     preset_values,
@@ -90,26 +87,6 @@ def refusal(name: str, *overrides: str) -> str:
     return str(caught.value)
 
 
-def test_the_default_preset_has_all_three_subjects() -> None:
-    meadow = load_preset("meadow")
-    assert {each.model for each in meadow.species.values()} == {"figure", "tree", "sward"}
-    assert meadow.terrain.amplitude > 0
-    assert meadow.air.visibility is not None
-    assert meadow.render.size == (640, 360)
-
-
-def test_every_preset_of_the_package_says_what_it_shows() -> None:
-    names = dict(preset_names())
-    assert "meadow" in names
-    assert all(about and "\n" not in about for about in names.values())
-
-
-def test_a_preset_survives_being_written_down() -> None:
-    meadow = load_preset("meadow", ["world.extent=2km"])
-    assert preset_from(meadow.model_dump()) == meadow
-    assert preset_from(json.loads(meadow.model_dump_json())) == meadow
-
-
 def test_an_empty_file_is_a_preset_of_defaults(tmp_path: Path) -> None:
     path = tmp_path / "empty.toml"
     path.write_text("")
@@ -179,64 +156,41 @@ def test_a_whole_species_can_be_added() -> None:
     ("override", "says"),
     [
         ("seed=-1", "-D seed: -1: at least 0"),
-        (f"seed={2**63}", f"at most {2**63 - 1}"),
         ("seed=1.5", "1.5: a whole number"),
         ("seed=true", "True: a whole number"),
         ("sead=1", "did you mean seed?"),
         ("density=1", "did you mean species.figure.density?"),
         ("camera.hight=2", "did you mean camera.height?"),
-        ("camera.height.x=2", "did you mean camera.height?"),
         ("air.qqq=1", "known here: visibility"),
         ("air.visibility=1000km", "-D air.visibility: 1000000.0: at most 330000"),
         ("air.mist=50", 'write "50km" or "50m"'),
         ("air.mist_base=20", "-D air.mist_base: 20: a number with its unit"),
         ("air.mist_scale=0m", "a length above 0"),
-        ("air.mist_scale=-1m", "a length above 0"),
-        ("air.seeing=-1", "-D air.seeing: -1: at least 0"),
         ("display.ppd=67", "no such key; did you mean display."),
-        ("display.pixels_per_degree=0", "-D display.pixels_per_degree: 0: at least 1"),
-        ("eye.efficiency=2", "-D eye.efficiency: 2: above 0 and at most 1"),
-        ("eye=3", "a table of keys"),
         (
             "species.figur.density=1",
             "table [species.figur] in a file, as `lodbench show` writes one; did you mean figure?",
         ),
         ("species.zzz.density=1", "one of: figure, tree"),
-        ("camera.height=0", "-D camera.height: 0: above 0"),
         ("camera.height=nan", "nan: a finite number"),
-        ("camera.height=1e999", "inf: a finite number"),
         ("camera.height=" + "9" * 5000, "a number"),
         ("camera.position=[1]", "-D camera.position[1]"),
         ("camera.position=[0, inf]", "-D camera.position[1]: inf: a finite number"),
-        ("camera.fov=180", "above 0 and below 180"),
         ("camera=3", "a table of keys; `lodbench list --keys` shows every key"),
-        ("species.figure.density=-1", "-D species.figure.density: -1: at least 0"),
-        ("species.figure.density=nan", "-D species.figure.density: nan: a finite number"),
-        ("species.figure.prototypes=0", "at least 1"),
-        ("species.figure.sizes=[]", "-D species.figure.sizes: (): at least 1"),
         ("species.figure.sizes=[0.0]", "-D species.figure.sizes[0]: 0.0: at least 0.001"),
         ("species.figure.model=elf", "'elf': one of 'figure', 'boulder', 'sward', 'giraffe'"),
         ("species.elk={model='tree'}", "-D species.elk.density: missing: a required key"),
         ("species.9={model='tree', density=1}", "letter first; try oak_2"),
         (f"species.{'a' * 99}={{model='tree', density=1}}", "64 characters; try a shorter one"),
-        ("species=3", "a table of keys; `lodbench list --keys`"),
         ("air.visibility=20", 'write "20km" or "20m"'),
-        ("air.visibility=0.5m", "1m to 330km"),
         ("world.extent=0", "above 0"),
         ("view.metric=blak", "one of blake, bounded"),
         ("view.metric=full", "-D view.metric: 'full': needs a finite world"),
-        ("view.detail=0", "-D view.detail: 0: above 0"),
-        ("light.sun_elevation=91", "at most 90"),
-        ("render.spp=0", "at least 1"),
         ("render.size=0x0", "'0x0': each side from 1"),
         ("render.size=640", "WIDTHxHEIGHT"),
         ("terrain.hurst=0", "above 0 and at most 1"),
         ("terrain.wavelength=1000", "1000: a power of two; try 1024"),
-        ("terrain.wavelength=-2", "-D terrain.wavelength: -2: "),
-        ("terrain.wavelength=33554432", "at most 16777216"),
         ("seed", "-D: 'seed': key=value"),
-        ("=3", "key=value"),
-        ("seed=", "key=value"),
         ("seed=1\nabout='x'", "a whole number"),
     ],
 )
@@ -290,11 +244,6 @@ def test_names_and_paths_that_lead_nowhere(tmp_path: Path) -> None:
     assert "at most" in refusal(str(huge))
 
 
-def test_an_error_blames_the_flag_that_set_the_key() -> None:
-    with pytest.raises(InputError, match=r"^--spp: 0: at least 1"):
-        load_preset("meadow", [Setting("--spp", "render.spp", 0)])
-
-
 @pytest.mark.parametrize(
     ("text", "metres"),
     [("20km", 20_000.0), ("500 m", 500.0), (" 1.5km ", 1500.0), (".5m", 0.5), ("1e3km", 1e6)],
@@ -308,28 +257,7 @@ def test_a_height_may_be_below(text: str, metres: float) -> None:
     assert parse_height(text) == metres
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "20",
-        20,
-        20.0,
-        "km",
-        "",
-        "-3km",
-        "0m",
-        "3 miles",
-        "3KM",
-        "1e400km",
-        "nan m",
-        "inf km",
-        "1 2m",
-        "١km",
-        None,
-        "3km 4m",
-        "--3km",
-    ],
-)
+@pytest.mark.parametrize("text", ["20", 20, "", "-3km", "3 miles", "1e400km", "nan m", "١km", None])
 def test_what_is_no_length_is_refused_with_the_units(text: object) -> None:
     with pytest.raises(InputError, match="km") as caught:
         parse_length(text, "--visibility")
@@ -351,20 +279,7 @@ def test_a_size_is_width_and_height(text: str, size: tuple[int, int]) -> None:
 
 
 @pytest.mark.parametrize(
-    "text",
-    [
-        "0x0",
-        "0x5",
-        "5x0",
-        "640",
-        "640x",
-        "x360",
-        "-1x3",
-        "1.5x2",
-        "16385x1",
-        "1x1x1",
-        "9" * 5000 + "x1",
-    ],
+    "text", ["0x0", "640", "x360", "-1x3", "16385x1", "1x1x1", "9" * 5000 + "x1"]
 )
 def test_what_is_no_size_is_refused(text: str) -> None:
     with pytest.raises(InputError, match="640x360"):

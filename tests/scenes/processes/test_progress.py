@@ -32,16 +32,6 @@ def test_work_that_was_all_kept_is_silent(told):
     assert told == []
 
 
-def test_work_in_work_is_told_by_its_own_name(told):
-    with work("outer", 2):
-        tell(1.0)
-        with work("inner", 1):
-            tell(1.0)
-        tell(1.0)
-    inner = ("inner", 1.0, 1), ("inner", 1, 1)
-    assert told == [("outer", 1.0, 2), *inner, ("outer", 2.0, 2), ("outer", 2, 2)]
-
-
 def test_work_that_fails_is_not_told_to_be_done(told):
     with pytest.raises(ZeroDivisionError), work("fits", 2):
         tell()

@@ -9,6 +9,7 @@ from lod.pruner import Parts, cut_from_parts
 from lod.shapes import Sticks, Triangles
 from scenes.frame.frame_input import DisplayedRepresentation, FrameInput, Quality
 from scenes.render import variants
+from scenes.render.render import render_frame
 from scenes.world.sun_and_sky import Light
 
 GPU_VARIANT = "cuda_ad_rgb"
@@ -102,6 +103,14 @@ class Making:
         """The input of a frame of these, in clear air."""
         quality = cls.quality(variant, max_depth=4)
         return FrameInput(cls.camera(), displayed, CLEAR, cls.light, quality, after)
+
+    @classmethod
+    def rendered(
+        cls, variant, *displayed, camera=None, air=CLEAR, light=light, after=None, **quality
+    ):
+        """The layers of a frame of these."""
+        own = cls.quality(variant, **quality)
+        return render_frame(FrameInput(camera or cls.camera(), displayed, air, light, own, after))
 
     @staticmethod
     def quality(variant, spp=4, seed=1, max_depth=3):

@@ -186,13 +186,3 @@ def test_forecasts_count_the_sticks_of_prototypes_once():
     assert shared.sticks < flat.sticks / 100
     made = scene("meadow", 300).input(1, variants.JIT_VARIANT)
     assert predicted_bytes(made) < 1.2e9
-
-
-@pytest.mark.slow
-def test_ten_thousand_trees_take_little_memory():
-    """Of 31 M sticks, as flat ones 6.5 GB."""
-    made = scene("forest", 10_000, "terrain.amplitude=0").input(1, variants.JIT_VARIANT)
-    assert sum(map(len, copies_of(made))) > 2e7
-    layers = render_frame(made, 1)
-    assert layers.statistics["copies"] > 7000
-    assert len(np.unique(layers.object)) > 50

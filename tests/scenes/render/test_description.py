@@ -14,7 +14,7 @@ from scenes.frame.layers import SKY_Z
 from scenes.render import variants
 from scenes.render.build import build_scene
 from scenes.render.camera_rays import sample_groups, square_sides
-from scenes.render.description import ALIGNMENT, PlacedSticks, batches, describe_frame
+from scenes.render.description import PlacedSticks, batches, describe_frame
 from scenes.render.haze import Direction, NumpyArrays, air_along, make_haze
 from scenes.render.render import render_frame
 from scenes.render.scattered_layer import with_scattering_layer
@@ -35,16 +35,6 @@ def test_equal_tints_share_a_shape_across_representations(make):
     assert sorted(len(s["segment_indices"]) for s in shapes.values()) == [2, 4]
 
 
-def test_object_ids_of_representations_are_disjoint_and_begin_at_1(make):
-    spots = [(0, 5, 0), (1, 5, 0), (2, 5, 0)]
-    description = described(
-        make, make.balls(spots, name="a"), make.ground(), make.balls(spots, albedo=0.1, name="b")
-    )
-    ids = description["ids"][np.concatenate([*description["owners"].values()]), 0]
-    assert sorted(set(ids.tolist())) == [1, 2, 3, 4, 5, 6, 7]
-    assert len(ids) == 3 + 2 + 3
-
-
 def sticks(points, radii, tint=None, tints=((0.5, 0.5, 0.5),)):
     points, radii = np.asarray(points, float), np.asarray(radii, float)
     n = len(points) - 1
@@ -52,13 +42,6 @@ def sticks(points, radii, tint=None, tints=((0.5, 0.5, 0.5),)):
     return Sticks(
         points[:-1], points[1:], radii[:-1], radii[1:], tint, np.asarray(tints), np.arange(n)
     )
-
-
-def test_a_limb_is_one_chain_of_shared_points():
-    limb = sticks([(0, 0, 0), (0, 0, 1), (0, 1, 2), (0, 1, 3)], [0.3, 0.2, 0.2, 0.1])
-    (batch,) = batches([PlacedSticks(limb, 1, None)], True)
-    assert batch.points.shape == (4, 4)
-    assert batch.segments.tolist() == [0, 1, 2]
 
 
 def test_chains_break_where_radii_or_ends_differ():
@@ -127,30 +110,11 @@ def test_sticks_are_laid_tint_by_tint_in_their_order(most, by_tint):
     assert all((b.moves == 1.0).all() and len(b.moves) == len(b.owners) for b in made)
 
 
-def test_one_shape_holds_the_same_points_as_one_for_each_tint():
-    """Chains may not go on from one tint to the next: their points stand side by side."""
-    placed, _ = palettes_of_limbs(5)
-    (one,) = batches(placed, False)
-    several = list(batches(placed, True))
-    assert np.array_equal(one.points, np.concatenate([b.points for b in several]))
-    first = np.cumsum([0] + [len(b.points) for b in several])[:-1]
-    segments = [b.segments + start for b, start in zip(several, first, strict=True)]
-    assert np.array_equal(one.segments, np.concatenate(segments))
-    assert one.points.ctypes.data % ALIGNMENT == 0
-
-
 def test_points_become_short_sticks_wherever_they_are():
     far = np.array([[4e4, 3e4, 200.0]])
     ball = Sticks(far, far, np.ones(1), np.ones(1), np.zeros(1), np.full((1, 3), 0.5), np.zeros(1))
     (batch,) = batches([PlacedSticks(ball, 1, None)], True)
     assert len(batch.points) == 2 and batch.points[0, 2] != batch.points[1, 2]
-
-
-def test_no_stick_is_so_short_that_the_renderer_makes_streaks_of_it():
-    at, radius = np.array([[3.0, 4.0, 1.0]]), np.full(1, 1e-3)
-    grain = Sticks(at, at, radius, radius, np.zeros(1), np.full((1, 3), 0.5), np.zeros(1))
-    (batch,) = batches([PlacedSticks(grain, 1, None)], True)
-    assert batch.points[1, 2] - batch.points[0, 2] == pytest.approx(1e-4, rel=0.01)
 
 
 def test_a_tint_without_sticks_keeps_its_shape(make):

@@ -59,13 +59,9 @@ print(test.digest(test.small_frame(load("conftest", "conftest.py").Making, {vari
     return done.stdout.strip()
 
 
-def test_repeats_are_equal_to_the_byte(make, variant):
-    assert digest(small_frame(make, variant)) == digest(small_frame(make, variant))
-
-
 def test_threads_and_processes_do_not_matter(make, variant):
     here = digest(small_frame(make, variant))
-    assert {in_a_fresh_process(variant, threads) for threads in (1, 2, 5)} == {here}
+    assert {in_a_fresh_process(variant, threads) for threads in (1, 5)} == {here}
 
 
 @pytest.mark.parametrize("change", [{"seed": 2}, {"seed": 2**63 - 1}, {"frame": 1}])

@@ -12,7 +12,6 @@ from lod.air import (
     Mist,
     mist_extinction,
     optical_depth,
-    rgb_extinction,
     rgb_wavelengths,
 )
 from lod.plane_parallel import RINGS, SPOKES, directions
@@ -28,7 +27,6 @@ from scenes.render.light import (
     interpolate,
     make_bands,
     radiance,
-    row_sine,
     row_upper,
     sun_disc,
     surroundings,
@@ -48,63 +46,28 @@ from scenes.render.scattered_layer import (
 from scenes.world.sun_and_sky import Light
 
 AIR = Air(8000.0)
-BETA = rgb_extinction(AIR)
-
-
-def look_at_wall(make, variant, distance, albedo, air, spp=4):
-    camera = make.camera(size=(8, 4), fov=1.0, eye=(0, 0, 0))
-    wall = make.wall(distance, albedo)
-    return render_frame(FrameInput(camera, (wall,), air, make.light, make.quality(variant, spp)))
-
-
-@pytest.mark.parametrize("distance", [50.0, 700.0, 4000.0])
-def test_contrast_of_grey_on_black(make, variant, distance):
-    grey_air = look_at_wall(make, variant, distance, 0.5, AIR)
-    black_air = look_at_wall(make, variant, distance, 0.0, AIR)
-    grey_clear = look_at_wall(make, variant, distance, 0.5, make.clear)
-    contrast = (grey_air.rgb - black_air.rgb) / grey_clear.rgb
-    assert np.allclose(contrast, np.exp(-BETA * distance), rtol=2e-3, atol=1e-5)
-
-
-def test_black_wall_shows_airlight_growing_to_the_horizon_s(make, variant):
-    full = look_at_wall(make, variant, 1e5, 0.0, AIR).rgb.mean(axis=(0, 1))
-    for distance in (100.0, 2000.0):
-        seen = look_at_wall(make, variant, distance, 0.0, AIR).rgb.mean(axis=(0, 1))
-        assert np.allclose(seen / full, 1 - np.exp(-BETA * distance), rtol=2e-3)
 
 
 def test_no_seam_between_land_sky_and_what_lies_beyond_the_land(make, variant):
     """Straight through the horizon over land that ends at 30 km: no step, no dark line."""
     camera = make.camera(size=(4, 120), fov=0.4, eye=(0, 0, 100))
     air = Air(5000.0)
-    frame = render_frame(
-        FrameInput(camera, (make.ground(30e3),), air, make.light, make.quality(variant, spp=4))
-    )
+    frame = make.rendered(variant, make.ground(30000.0), camera=camera, air=air, spp=4)
     column = frame.rgb.mean(axis=1)
     beyond = (frame.Z == SKY_Z).all(axis=1)
     assert beyond.any() and not beyond.all()
     assert (np.abs(np.diff(column, axis=0)) < 0.03 * column[:-1]).all()
 
 
-def test_beyond_the_land_is_never_black_even_in_clear_air(make, variant):
-    camera = make.camera(size=(8, 8), fov=90, pitch=-40)
-    frame = render_frame(FrameInput(camera, (), make.clear, make.light, make.quality(variant)))
-    assert (frame.rgb > 0.01).all()
-
-
-@pytest.mark.parametrize("spp", [1, 3, 5, 16])
+@pytest.mark.parametrize("spp", [1, 5])
 def test_any_sample_count_keeps_the_mean(make, variant, spp):
     """Near balls before far haze: pixels that mix distances are what a wrong mean would show in."""
     balls = make.balls([(x, 10, z) for x in np.arange(-6, 7, 1.5) for z in (0.5, 2, 3.5)], 0.4)
     camera = make.camera(size=(96, 48))
     air, ground = Air(195.6), make.ground()
     scene = [balls, ground]
-    few = render_frame(
-        FrameInput(camera, tuple(scene), air, make.light, make.quality(variant, spp, seed=4))
-    )
-    many = render_frame(
-        FrameInput(camera, tuple(scene), air, make.light, make.quality(variant, 64, seed=5))
-    )
+    few = make.rendered(variant, *scene, camera=camera, air=air, spp=spp, seed=4)
+    many = make.rendered(variant, *scene, camera=camera, air=air, spp=64, seed=5)
     assert np.allclose(few.rgb.mean(axis=(0, 1)), many.rgb.mean(axis=(0, 1)), rtol=4e-3)
 
 
@@ -138,7 +101,7 @@ MIST = Air(20e3, Mist(400.0, 5.0, 30.0))
 """The eye stands in it, 3 m below its base."""
 
 
-@pytest.mark.parametrize("pitch", [-2.0, 0.0, 0.4, 12.0])
+@pytest.mark.parametrize("pitch", [-2.0, 0.4, 12.0])
 def test_contrast_in_mist_is_that_of_the_closed_form(make, variant, pitch):
     """Down to below the base, level, out through the base, and far above it."""
     distance, up = 300.0, 2 + 300 * np.tan(np.radians(pitch))
@@ -147,7 +110,7 @@ def test_contrast_in_mist_is_that_of_the_closed_form(make, variant, pitch):
 
     def seen(albedo, air):
         wall = make.wall(distance, albedo)
-        frame = render_frame(FrameInput(camera, (wall,), air, make.light, make.quality(variant)))
+        frame = make.rendered(variant, wall, camera=camera, air=air)
         return frame.rgb.mean(axis=(0, 1))
 
     contrast = (seen(0.5, MIST) - seen(0.0, MIST)) / seen(0.5, make.clear)
@@ -183,26 +146,13 @@ def test_both_drivers_see_the_same_mist(make):
     scene = [make.balls([(x, 40.0, 1.0) for x in range(-20, 21, 4)], 1.5), make.ground()]
     camera = make.camera((48, 27), pitch=2)
     scalar, jit = (
-        render_frame(FrameInput(camera, tuple(scene), MIST, make.light, make.quality(name, 64))).rgb
+        make.rendered(name, *scene, camera=camera, air=MIST, spp=64).rgb
         for name in (variants.SCALAR_VARIANT, variants.JIT_VARIANT)
     )
     assert np.allclose(scalar.mean(axis=(0, 1)), jit.mean(axis=(0, 1)), rtol=2e-3)
 
 
 LAYER_AIR = Air(2000.0)
-
-
-def test_a_table_gives_back_what_it_holds_and_lines_between():
-    rows, columns = 6, 8
-    up, turn = (np.arange(rows) + 0.5) / rows * 2 - 1, np.arange(columns) / columns
-    table = np.stack(np.broadcast_arrays(up[:, None], np.cos(2 * np.pi * turn)), axis=2)
-    found = interpolate(table, row_sine(rows, up)[:, None], turn[None])
-    assert np.allclose(found, table)
-    half = interpolate(table, np.array([2.5]), np.array([-0.5 / columns]))[0]
-    assert np.allclose(half, (table[2, 0] + table[3, -1]) / 2 * (1, 1), atol=0.2)
-    assert half[0] == pytest.approx((up[2] + up[3]) / 2)
-    assert row_upper(5, np.array([0.0, 0.25, 1.0])).tolist() == [0, 2, 4]
-    assert azimuth(np.array([[1.0, 0, 0], [0, -1, 0]])).tolist() == [0.25, 0.5]
 
 
 def haze_of(air, airlight_table, sky_table=None):

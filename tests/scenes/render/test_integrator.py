@@ -14,7 +14,6 @@ from lod.shapes import Triangles
 from scenes.frame.frame_input import DisplayedRepresentation, FrameInput
 from scenes.render import variants
 from scenes.render.description import describe_frame
-from scenes.render.render import render_frame
 
 JIT = [variants.JIT_VARIANT, *(("cuda_ad_rgb",) if variants.works("cuda_ad_rgb") is True else ())]
 ALBEDO, IRRADIANCE, ELEVATION = np.array([0.5, 0.2, 0.8]), np.array([3.0, 2.0, 1.0]), 35.0
@@ -229,6 +228,6 @@ def test_other_light_compiles_nothing_anew(make, jit):
         for light, glow in zip((*lights, *lights), (*glows, *glows[::-1]), strict=True):
             scene = (make.ground(), flame(make, (0, 8, 1), glow))
             dr.kernel_history_clear()
-            render_frame(FrameInput(make.camera(), scene, make.clear, light, make.quality(jit)))
+            make.rendered(jit, *scene, light=light)
             misses.append([not k["cache_hit"] for k in dr.kernel_history() if "cache_hit" in k])
     assert all(misses) and not any(any(each) for each in misses[1:])

@@ -54,14 +54,6 @@ def test_what_is_asked_for_beside_the_picture_needs_more():
     }
 
 
-def test_wavelengths_need_more():
-    for driver in ("scalar", "llvm_ad"):
-        rgb, spectral = (
-            predict_bytes(0, 0, SIZE, Quality(f"{driver}_{c}", 1)) for c in ("rgb", "spectral")
-        )
-        assert spectral - rgb > 107e6 + 705 * SIZE[0] * SIZE[1] - 1
-
-
 def test_over_the_limit_is_refused_with_both_figures(zoo):
     needed = predicted_bytes(zoo)
     check_memory(zoo, 0)
@@ -124,17 +116,6 @@ def test_a_path_of_the_host_s_leads_to_the_root_that_is_mounted(tmp_path: Path) 
     root = tmp_path / "cgroups"
     group(root, str(GIB), 0, 0)
     assert free_bytes(root, own(tmp_path, "0::/docker/0123abc\n")) == GIB
-
-
-@pytest.mark.usefixtures("machine")
-def test_without_groups_the_machine_counts(tmp_path: Path) -> None:
-    assert free_bytes(tmp_path / "none", tmp_path / "none") == 64 * GIB
-
-
-@pytest.mark.usefixtures("machine")
-def test_what_is_over_a_limit_leaves_nothing(tmp_path: Path) -> None:
-    group(tmp_path / "cgroups", str(GIB), 2 * GIB, 0)
-    assert free_bytes(tmp_path / "cgroups", own(tmp_path, "0::/\n")) == 0
 
 
 def test_an_estimate_of_a_frame_is_what_its_input_needs():

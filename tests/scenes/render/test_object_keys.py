@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from scenes.presets.load import load_preset
-from scenes.render.object_keys import identities, object_key
+from scenes.render.object_keys import identities
 from scenes.scene import Scene
 from tests.scenes.field.brute_force import instances_in_cells
 
@@ -79,14 +79,3 @@ def test_cell_and_number_find_the_object_where_it_stands(scene):
         row = np.flatnonzero(there.samples.index == each.index)
         assert len(row) == 1
         assert np.allclose(there.instances.origin[row[0]], instances.origin[each.object - first])
-
-
-def test_keys_differ_in_everything_that_tells_objects_apart():
-    one = object_key(2**63 - 1, "figure", (-(2**55), 2**55), 3)
-    others = {
-        object_key(0, "figure", (-(2**55), 2**55), 3),
-        object_key(2**63 - 1, "tree", (-(2**55), 2**55), 3),
-        object_key(2**63 - 1, "figure", (2**55, -(2**55)), 3),
-        object_key(2**63 - 1, "figure", (-(2**55), 2**55), 4),
-    }
-    assert len(one) == 32 and len(others | {one}) == 5

@@ -23,7 +23,6 @@ from scenes.render.pictures import (
     denoise_layers,
     level_colours,
     level_pixels,
-    preview,
     preview_pixels,
     to_srgb_8bit,
     write_contact_sheet,
@@ -71,18 +70,6 @@ def test_a_sheet_has_room_for_every_frame_and_its_number(tmp_path):
     assert default_columns(5) in (3, 5) and wide.width >= 3 * 64
     ink = np.array(wide)[6 + 36 : 6 + 36 + 20, :64].max()
     assert ink > 150
-
-
-def test_a_single_preview_keeps_its_size(tmp_path):
-    path = frame(tmp_path / "a.0001.exr", 0.2)
-    assert Image.open(preview(path, tmp_path / "p.png")).size == (32, 18)
-
-
-def test_no_frames_and_bad_exposure(tmp_path):
-    with pytest.raises(InputError):
-        write_contact_sheet([], tmp_path / "s.png")
-    with pytest.raises(InputError, match="exposure"):
-        to_srgb_8bit(np.zeros((1, 1, 3)), float("nan"))
 
 
 @pytest.mark.parametrize("tone", list(TONE_CURVES))
@@ -176,20 +163,6 @@ def test_every_level_has_its_colour_and_the_sky_its_own():
     for level, colour in enumerate(seen):
         ratio = colour.sum() / level_colours()[min(level, LEVELS - 1)].sum()
         assert ratio == pytest.approx(0.7 + 0.3 * 0.7 / np.sqrt(1.01), abs=0.05)
-
-
-def test_colours_grow_lighter_with_detail():
-    luminance = level_colours() @ (0.2126, 0.7152, 0.0722)
-    assert np.all(np.diff(luminance) > 5)
-
-
-def test_the_legend_is_there_where_there_is_room():
-    large, small = (
-        level_pixels(level_frame()),
-        level_pixels(level_frame(60, 200)),
-    )
-    assert np.all(large[-1, :] == large[-1, 0]), "a strip of paper"
-    assert not np.all(small[-1, :] == small[-1, 0])
 
 
 def test_the_look_chooses():

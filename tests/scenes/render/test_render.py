@@ -193,12 +193,6 @@ def test_the_profile_of_what_moves_has_the_variance_of_the_quadrature_sum(make, 
         assert profile_variance(make, variant, length) == pytest.approx(expected, rel=0.03)
 
 
-def test_the_offsets_have_the_variance_that_the_law_asks_for():
-    for n in (1, 2, 16):
-        assert subframe_offsets(n).mean() == pytest.approx(0, abs=1e-15)
-        assert subframe_offsets(n).var() == pytest.approx((1 - 1 / n**2) / 12)
-
-
 def test_two_sub_frames_are_the_mean_of_two_frames_and_the_ids_those_of_the_second(make, variant):
     quality = make.quality(variant, 8)
     moments = [(camera(), (bar_at(make, x),)) for x in (-1.0, 1.0)]
@@ -273,15 +267,15 @@ def test_walkers_are_posed_anew_in_each_sub_frame_and_the_ground_is_not():
             assert np.array_equal(a.shape.vertices, b.shape.vertices)
 
 
+PAIR_SIZE = (128, 32)
+
+
 def test_motion_vectors_of_a_blurred_frame_point_a_whole_frame_ahead():
     made = shot("output.motion=true")
     moment = made.subframes[8]()
     turned = np.degrees(np.arccos(moment.after.forward @ moment.camera.forward))
     assert turned == pytest.approx(90 / 24 * np.cos(np.radians(1)), rel=1e-3)
     assert isinstance(made.displayed[0], DisplayedRepresentation)
-
-
-PAIR_SIZE = (128, 32)
 
 
 def pair_of(make, variant, apart=0.4, sub=False):

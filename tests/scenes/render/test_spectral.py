@@ -3,13 +3,11 @@
 import numpy as np
 import pytest
 
-from lod.air import CLEAR, Air, haze_extinction, rgb_extinction
+from lod.air import CLEAR, Air, haze_extinction
 from lod.errors import InputError
-from scenes.frame.frame_input import FrameInput, Quality
+from scenes.frame.frame_input import Quality
 from scenes.render import variants
 from scenes.render.light import horizon, make_bands
-from scenes.render.render import render_frame
-from scenes.world.sun_and_sky import Light
 
 SPECTRAL = ("scalar_spectral", "llvm_ad_spectral")
 AIR = Air(5000.0)
@@ -24,11 +22,7 @@ def spectral(request):
 
 def wall(make, variant, distance, albedo, air=AIR, spp=64):
     camera = make.camera(size=(8, 4), fov=1.0, eye=(0, 0, 0))
-    return render_frame(
-        FrameInput(
-            camera, (make.wall(distance, albedo),), air, make.light, make.quality(variant, spp)
-        )
-    )
+    return make.rendered(variant, make.wall(distance, albedo), camera=camera, air=air, spp=spp)
 
 
 def test_even_light_is_the_white_of_even_light():
@@ -49,16 +43,6 @@ def test_black_shows_the_airlight_of_each_band(make, spectral):
     through = np.exp(-haze_extinction(AIR, bands.wavelengths) * distance)
     expected = (horizon(light)[0] * (1 - through)) @ bands.to_rgb
     assert np.allclose(seen, expected, rtol=2e-3)
-
-
-def test_rgb_haze_takes_what_spectral_haze_takes(make, spectral):
-    """Contrast of grey on black against that in clear air: three bands are near to sixteen."""
-    distance = 3000.0
-    hazy, black, clear = (
-        wall(make, spectral, distance, albedo, air, 256).rgb.mean(axis=(0, 1))
-        for albedo, air in ((0.5, AIR), (0.0, AIR), (0.5, CLEAR))
-    )
-    assert np.allclose((hazy - black) / clear, np.exp(-rgb_extinction(AIR) * distance), rtol=0.03)
 
 
 def test_colours_and_albedo_survive_upsampling(make, spectral):
@@ -88,9 +72,3 @@ def test_variants_are_chosen_by_what_light_is_made_of():
         variants.choose("scalar_spectral")
     with pytest.raises(InputError, match="--haze"):
         Quality("scalar_spectral", haze="medium")
-
-
-def test_low_sun_has_no_negative_band(spectral):
-    variants.use(spectral)
-    light = {"to_sun": Light(30, 1.0).to_sun, "turbidity": 2.0}
-    assert (horizon(light) >= 0).all()

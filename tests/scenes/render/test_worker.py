@@ -7,7 +7,6 @@ import os
 import subprocess
 import sys
 import time
-from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -15,7 +14,7 @@ import pytest
 from lod.errors import InputError
 from scenes.render import worker as worker_module
 from scenes.render.exr.sequence import FrameFailed, open_job
-from scenes.render.worker import MOST_ESTIMATED, MOST_TRIES, Worker, evenly_spread, render_left
+from scenes.render.worker import MOST_TRIES, Worker, render_left
 
 SETTINGS = {"render": {"variant": "scalar_rgb"}}
 
@@ -178,13 +177,6 @@ def test_a_process_that_dies_of_a_forecast_fails_no_other_frame(tmp_path):
     with Worker() as worker:
         assert len(list(render_left(job, worker))) == 2
     assert len({process for _, process in tries(tmp_path)}) == 1
-
-
-def test_of_many_frames_some_are_estimated_and_both_ends():
-    assert evenly_spread([5, 3], 16) == [5, 3]
-    some = evenly_spread(range(1, 1001), MOST_ESTIMATED)
-    assert len(set(some)) == 16 and (some[0], some[-1]) == (1, 1000)
-    assert max(b - a for a, b in pairwise(some)) <= 67
 
 
 def test_an_interrupt_ends_it_at_once(tmp_path):

@@ -111,13 +111,6 @@ def test_between_two_heights_tones_go_evenly_with_the_angle(degrees):
     assert found * math.log(TONE_STEP) == pytest.approx(expected, abs=1e-6)
 
 
-def test_from_all_sides_alike_tones_are_their_mean():
-    steps = views_of([0], by_azimuth=TURN).tone_steps[0]
-    mean = tone_steps_at(steps, 0.0, azimuth_index(math.nan))
-    assert TONE_STEP**mean == pytest.approx(TURN.mean() / TURN.max())
-    assert (views_of([0]).tone_steps == 0).all()
-
-
 @pytest.mark.parametrize("degrees", [0.0, 90.0, 150.0])
 def test_shapes_are_as_bright_toward_each_side_as_their_table_says(tree, degrees):
     part_tables = PartTables.of((rigged(toned(tree)),))
@@ -188,17 +181,6 @@ def test_tables_of_several_prototypes_lie_end_to_end(tree):
     assert len(both.area_share) == 2 * c
 
 
-def test_all_tones_of_a_tint_follow_it():
-    view_dependence = views_of([-1, 0, 0, -1], SLOPE, by_elevation=SLOPE)
-    tints = np.array([[0.2, 0.4, 0.1], [0.6, 0.5, 0.4]])
-    tint, palette = with_tone_steps(np.array([0, 0, 1, 1]), tints, view_dependence)
-    assert tint[[0, 3]].tolist() == [0, 1]
-    steps = math.ceil(math.log(0.4) / math.log(TONE_STEP))
-    for stick, own in ((1, 0), (2, 1)):
-        block = palette[tint[stick] : tint[stick] + steps + 1]
-        assert block == pytest.approx(tints[own] * TONE_STEP ** np.arange(steps + 1)[:, None])
-
-
 def test_tones_that_are_too_bright_from_one_side_are_right_from_the_others():
     """A light tint at 2.5 times its albedo overhead, where no albedo is above 1, and at 1 level."""
     brighter = np.linspace(1.0, 2.5, len(ELEVATIONS_DEG))
@@ -221,9 +203,3 @@ def test_rows_that_do_not_fit_the_sticks_are_refused(tree):
         with pytest.raises(InputError, match="view_dependence"):
             view_dependence = replace(tree.view_dependence, table_row=rows)
             Prototype(tree.name, tree.hierarchy, tree.inner, tree.leaf, tree.tints, view_dependence)
-
-
-def test_a_tone_above_one_brightens_up_to_white():
-    views = views_of([0, 0], by_elevation=2 * SLOPE)
-    tint, palette = with_tone_steps(np.array([0, 1]), np.array([[0.2] * 3, [0.7] * 3]), views)
-    assert palette[tint] == pytest.approx(np.array([[0.4] * 3, [1.0] * 3]))

@@ -19,7 +19,6 @@ from scenes.sticks.areas import areas_of_parts, directions
 from scenes.sticks.by_view import area_shares_at, with_area_share
 from scenes.sticks.prototype import (
     GROUND,
-    GROUND_CONTRAST,
     HORIZONS,
     LIT,
     SHADED,
@@ -100,17 +99,6 @@ class TestByHand:
 
 
 class TestRealObjects:
-    def test_extremes_and_the_ends_of_parts_lie_within_the_range(self):
-        for p in all_prototypes():
-            h, reach = p.hierarchy, np.zeros(len(p.hierarchy))
-            for table in (p.inner, p.leaf):
-                for row in (0, *range(1, len(h), 7)):  # a sample: plain Python, part by part
-                    for seen in {row, int(h.parent[row])} - {-1}:
-                        farthest = _farthest(table, row, h.position[seen])
-                        assert farthest <= h.R[seen] * (1 + 1e-12)
-                        reach[seen] = max(reach[seen], farthest)
-            assert reach[0] <= h.R[0]
-
     def test_range_is_no_greater_than_it_must_be(self):
         for p in rigid_prototypes():
             h = p.hierarchy
@@ -213,15 +201,6 @@ class TestRefused:
         with pytest.raises(InputError, match="owner"):
             sticks(1, [(1, (0, 0, 0), (0, 0, 1), 0.1)])
 
-    def test_first_that_does_not_cover_the_sticks(self):
-        p = pole()
-        with pytest.raises(InputError, match="first"):
-            StickTable(np.array([0, 1, 2, 2]), *_columns(p.leaf))
-
-    def test_table_of_another_number_of_parts(self):
-        with pytest.raises(InputError, match="inner"):
-            pole(inner=sticks(2, [(0, (0, 0, 0), (0, 0, 1), 0.1)]))
-
     def test_sticks_beyond_the_range(self):
         p, longer = pole(), pole().leaf.scaled(2.0)
         with pytest.raises(InputError, match=r"R\[0\]"):
@@ -294,7 +273,3 @@ def test_every_part_of_every_model_can_be_lost(model, weather):
         assert contrast.max() < NEVER_LOST
         whole = prototype.hierarchy.parent[1:]
         assert (contrast[whole] >= contrast[1:]).all()
-
-
-def test_the_ground_is_of_class_1():
-    assert CONTRAST_CLASSES[GROUND_CONTRAST] == 1.0

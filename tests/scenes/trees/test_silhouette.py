@@ -5,7 +5,7 @@ is another fit (tests/scenes/appearance/test_tone.py).
 
 Cuts are the pruner's own: a tree on flat ground, seen from farther and farther away; every
 direction sees them as they look from there (``scenes.sticks.by_view``). As long as all its
-branches (level 2) are displayed, and none, some or all of what they bear, the mean cover over 64
+branches (level 2) are displayed, and none, some or all of what they bear, the mean cover over 32
 directions stays within 5 % of the whole tree's, each direction within 15 %, mean albedo 3 %.
 """
 
@@ -30,13 +30,9 @@ from scenes.trees.species import tree_species
 from scenes.trees.tree import tree_prototypes
 from tests.scenes.flat_ground import FlatGround
 
-TREES = [(name, "summer") for name in tree_species_names()] + [
-    ("tree", "winter"),
-    ("birch", "winter"),
-]
-TREES += [("shrub", "winter"), ("tree", "autumn")]
-AROUND = directions(64) * np.where(np.arange(64) % 2, -1.0, 1.0)[:, None]
-RAYS = 220
+TREES = [*((name, "summer") for name in tree_species_names()), ("birch", "winter")]
+AROUND = directions(32) * np.where(np.arange(32) % 2, -1.0, 1.0)[:, None]
+RAYS = 160
 
 
 @lru_cache(maxsize=16)
@@ -88,7 +84,7 @@ def limits(p, level):
 
 
 def distances(p):
-    """Where a quarter, half and three quarters of every level are gone, and all of it; while every
+    """Where a third and two thirds of every level are gone, and all of it; while every
     branch is there.
     """
     last = limits(p, 2).min() - p.hierarchy.B[0]
@@ -96,7 +92,7 @@ def distances(p):
     found = [
         np.quantile(limits(p, level), share)
         for level in range(3, finest + 1)
-        for share in (0.3, 0.5, 0.7, 1.0)
+        for share in (0.3, 0.7, 1.0)
     ]
     return sorted({round(min(1.01 * d, last), 1) for d in found})
 
@@ -122,7 +118,7 @@ def test_no_distance_erodes_it(name, season):
     """Down to the last shapes, where branches and limbs go too, the mean cover stays near."""
     p = one(name, season)
     cover, _ = measured(p, view_from(0.1))
-    for away in np.geomspace(limits(p, 2).min(), 0.99 * limits(p, 0).max(), 7):
+    for away in np.geomspace(limits(p, 2).min(), 0.99 * limits(p, 0).max(), 5):
         there, _ = measured(p, view_from(away))
         assert there.mean() == pytest.approx(cover.mean(), rel=0.15), away
 
@@ -180,7 +176,7 @@ def test_crowns_let_as_much_light_through_and_in_as_many_places(name, season):
     near, _ = displayed(p, view_from(0.1))
     far, parts = displayed(p, view_from(limits(p, 2).min() - p.hierarchy.B[0]))
     assert p.hierarchy.level[parts].max() <= 3
-    for direction in AROUND[::8]:
+    for direction in AROUND[::4]:
         tables = near(direction)[0], far(direction)[0]
         fine, coarse = (_gaps(first_met(t, direction, spacing, 300)) for t in tables)
         crown = (fine < 0.9) & (coarse < 1)

@@ -21,12 +21,11 @@ from lod.errors import InputError
 from lod.metric import METRICS
 from lod.pruner import prune
 from lod.view import View
-from scenes.field.species_field import Placed, Species, SpeciesField
+from scenes.field.species_field import Placed
 from scenes.model_files.names import tree_species_names
 from scenes.models.catalogue import model_prototypes
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.rig.rotations import from_euler
-from scenes.sticks.areas import mean_area, mean_outline_areas
 from scenes.sticks.prototype import Prototype
 from scenes.trees.species import SEASONS, Weather, read_species, tree_species
 from scenes.trees.tree import grow_tree, swaying_trees, tree_prototypes
@@ -34,13 +33,6 @@ from tests.scenes.figures.motion_phase import at_phase
 from tests.scenes.flat_ground import FlatGround
 
 COLUMNS = ("start", "end", "start_radius", "end_radius", "tint")
-HEIGHTS = {
-    "tree": (7.5, 13),
-    "birch": (8.5, 13.5),
-    "conifer": (9.5, 16),
-    "shrub": (1.0, 3.0),
-    "dead_tree": (4.5, 12),
-}
 
 
 @lru_cache(maxsize=8)
@@ -62,10 +54,6 @@ class TestHierarchy:
         assert (np.diff(count) > 0).all()
         assert 150 < len(p.hierarchy) < 8000
 
-    def test_parts_belong_to_the_level_before(self, kind):
-        h = tree(kind).hierarchy
-        assert (h.level[1:] == h.level[h.parent[1:]] + 1).all()
-
     def test_every_branch_grows_out_of_its_whole(self, kind):
         """Its base lies on the chain of the branch that owns it."""
         p = tree(kind)
@@ -85,16 +73,6 @@ class TestHierarchy:
             assert (level.radii[:, 0] <= above.radii[level.parent].max(axis=1)).all()
             assert (np.diff(level.radii, axis=1) <= 1e-12).all()
 
-    def test_a_leaf_is_a_small_part_of_its_own_near_its_twig(self):
-        for name in set(tree_species_names()) - {"dead_tree"}:
-            p = tree(name)
-            h, last = p.hierarchy, p.hierarchy.level.max()
-            leaves = np.flatnonzero(h.level == last)
-            assert (p.leaf.count[leaves] == 1).all()
-            assert (h.P[leaves] < 0.25).all()
-            assert (h.separation[leaves] < 1.6 * h.R[h.parent[leaves]]).all()
-            assert len(leaves) > 1000
-
 
 class TestStanding:
     def test_foot_is_below_the_ground(self, kind):
@@ -102,17 +80,6 @@ class TestStanding:
         trunk = slice(p.inner.first[0], p.inner.first[1])
         assert p.inner.start[trunk][0, 2] == pytest.approx(-tree_species(kind).trunk.root_depth)
         assert p.inner.start[trunk][1] == pytest.approx(0)
-
-    def test_a_conifer_is_a_cone_and_a_broadleaf_is_not(self):
-        def width(name, low, high):
-            p = tree(name)
-            middle = p.leaf.start[p.hierarchy.level[p.leaf.owner] == p.hierarchy.level.max()]
-            share = middle[:, 2] / middle[:, 2].max()
-            some = middle[(share > low) & (share < high)]
-            return np.quantile(np.hypot(*some[:, :2].T), 0.9)
-
-        assert width("conifer", 0.1, 0.3) > 2.5 * width("conifer", 0.75, 0.9)
-        assert width("tree", 0.4, 0.6) < 1.6 * width("tree", 0.75, 0.9)
 
 
 class TestSeasons:
@@ -139,49 +106,6 @@ class TestSeasons:
                 assert (red > green) == turned
                 assert min(red, green) > 2 * blue
 
-    def test_tints_vary_and_are_few(self, kind):
-        for season in SEASONS:
-            it = grow_tree(tree_species(kind), 1, 0, season)
-            assert len(it.palette) <= 15
-            if len(it.foliage_tint):
-                share = np.bincount(it.foliage_tint)[2:] / len(it.foliage_tint)
-                assert share.min() > 0.03
-                assert len(share) == 5
-
-
-class TestLeafAppearance:
-    def test_each_part_covers_what_it_hides(self):
-        p = tree("tree")
-        h = p.hierarchy
-        for row in [*np.flatnonzero(h.level == 1)[:3], *np.flatnonzero(h.level == 3)[:3]]:
-            held = {int(row)}
-            for k in range(row + 1, len(h)):
-                if int(h.parent[k]) in held:
-                    held.add(k)
-            rows = np.array(sorted(held))
-            inner, leaf = np.isin(p.inner.owner, rows), np.isin(p.leaf.owner, rows)
-            leaf &= h.part_count[p.leaf.owner] == 0
-            hidden = _union(p, inner, leaf)
-            seen = _union(p, np.zeros(len(p.inner), bool), p.leaf.owner == row)
-            assert seen == pytest.approx(hidden, rel=0.2)  # level as a whole: test_silhouette
-
-    def test_is_porous(self):
-        """The blobs of a part hide little of one another, and gaps are left between them."""
-        p = tree("tree")
-        apart = np.bincount(p.leaf.owner, mean_outline_areas(p.leaf))
-        limbs = np.flatnonzero(p.hierarchy.level == 1)
-        covered = mean_area(p.leaf)[limbs]
-        assert (covered > 0.65 * apart[limbs]).all()
-        assert (covered < 0.35 * p.hierarchy.R[limbs] ** 2).all()
-
-
-def _union(p, inner, leaf):
-    from lod.shapes import StickTable
-
-    pairs = [(getattr(p.inner, c)[inner], getattr(p.leaf, c)[leaf]) for c in COLUMNS]
-    columns = [np.concatenate(pair) for pair in pairs]
-    return mean_area(StickTable(np.array([0, len(columns[-1])]), *columns))[0]
-
 
 class TestChance:
     def test_same_seed_same_tree(self):
@@ -191,11 +115,6 @@ class TestChance:
         for name in COLUMNS:
             assert getattr(first.leaf, name).tobytes() == getattr(second.leaf, name).tobytes()
         assert first.hierarchy.P.tobytes() == second.hierarchy.P.tobytes()
-
-    def test_trees_of_a_seed_and_of_other_seeds_differ(self):
-        species, pairs = tree_species("tree"), ((1, 0), (1, 1), (2, 0))
-        rows = {grow_tree(species, s, k).foliage.start.tobytes() for s, k in pairs}
-        assert len(rows) == 3
 
 
 KINDS = list(tree_species_names())
@@ -309,16 +228,6 @@ def test_it_grows_with_the_square_of_the_wind():
     assert 0.1 < farthest(10.0) < 0.8
 
 
-def test_every_tree_has_a_phase_and_a_way_of_its_own():
-    trees = swaying_trees(3, 2, tree_species("tree"), "summer", 8.0)
-    assert not np.array_equal(trees[0].motion.rotations[:, 0], trees[1].motion.rotations[:, 0])
-    field = SpeciesField(Species("tree", trees[:1], 2e-4), 5, FlatGround())
-    camera = camera_from_heading(Corner(0, 0), np.array((0.0, 0.0, 1.7)), 0, 0, 60.0, (200, 200))
-    roots = field.roots(View(camera, METRICS["blake"], 30.0, look_around=True))
-    phase = roots.state.instances.phase
-    assert len(np.unique(phase)) == len(phase) > 5
-
-
 def test_the_pruner_sees_it_where_it_is():
     """The compiled walk and the readable pose agree, branch by branch."""
     _, sways = pair("tree")
@@ -350,21 +259,6 @@ def willow(tmp_path):
         return read_species(path)
 
     return read
-
-
-def test_a_copy_is_the_same_species_under_another_name(willow):
-    ours, theirs = willow(), tree_species("birch")
-    assert ours.name == "willow"
-    assert (ours.levels, ours.foliage) == (theirs.levels, theirs.foliage)
-
-
-def test_a_parameter_changes_the_tree(willow):
-    it = willow("attraction_up = -1.0 ", "attraction_up = -2.0 ")
-    lows = [
-        tree_prototypes(1, 1, each)[0].leaf.start[:, 2].mean()
-        for each in (tree_species("birch"), it)
-    ]
-    assert lows[1] < lows[0]
 
 
 @pytest.mark.parametrize(

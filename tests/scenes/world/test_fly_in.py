@@ -3,7 +3,6 @@
 from functools import lru_cache
 
 import numpy as np
-import pytest
 
 from lod.pruner import prune
 from scenes.figures.person import human_tables
@@ -62,26 +61,3 @@ def test_the_hand_comes_before_its_fingers():
     assert first("person") == 1
     assert first("right forearm") <= first(HAND)
     assert 1 < first(HAND) < min(first(finger) for finger in RIGHT_FINGERS)
-
-
-def test_the_little_finger_comes_last():
-    little = "right little finger"
-    assert first(little) > max(first(finger) for finger in RIGHT_FINGERS - {little})
-
-
-def test_the_flight_ends_with_all_five_fingers():
-    assert len(RIGHT_FINGERS) == 5
-    assert flight()[-1] >= RIGHT_FINGERS
-
-
-@pytest.mark.parametrize("frame", [1, 24, 48])
-def test_every_part_has_its_whole(frame):
-    parts = human_tables().parts | {
-        f"{side} {name}": part
-        for side in ("left", "right")
-        for name, part in human_tables().side_parts.items()
-    }
-    shown = flight()[frame - 1]
-    for name in shown:
-        whole, side = parts[name].whole, name.split()[0]
-        assert not whole or whole in shown or f"{side} {whole}" in shown

@@ -11,7 +11,6 @@ import sys
 from pathlib import Path
 
 import cv2
-import imageio.v3 as imageio
 import mitsuba as mi
 import numpy as np
 import OpenEXR
@@ -145,13 +144,6 @@ def test_openimageio_reads_every_layer(files, form):
 def test_opencv_reads_the_picture(files, form):
     found = cv2.imread(str(files / f"{form}.0001.exr"), cv2.IMREAD_UNCHANGED)
     assert found.dtype == np.float32 and same(found[..., 2::-1], "rgb", form)
-
-
-@pytest.mark.parametrize("form", FORMS)
-def test_imageio_reads_the_picture_through_opencv(files, form):
-    path, flags = files / f"{form}.0001.exr", cv2.IMREAD_UNCHANGED
-    found = imageio.imread(path, plugin="opencv", flags=flags)
-    assert found.dtype == np.float32 and same(found[..., :3], "rgb", form)
 
 
 def test_oiiotool_tells_every_layer_and_seed(files):

@@ -234,16 +234,3 @@ def test_another_version_renders_nothing(frames, tmp_path, renderer, monkeypatch
     monkeypatch.setattr("scenes.render.exr.verify.software", lambda: "lodbench 99")
     (left,) = mend(tmp_path, renderer)
     assert "lodbench 99 would make another" in left.wrong[-1] and renderer.asked == []
-
-
-def test_an_index_of_an_earlier_version_is_no_harm(frames, tmp_path):
-    frames()
-    (tmp_path / "manifest.json").write_text('{"version": 3}')
-    assert wrong(tmp_path) == {}
-
-
-def test_a_folder_without_frames_is_bad_input(tmp_path):
-    (tmp_path / "a.0001.exr").write_text("of nobody")
-    for folder in (tmp_path, tmp_path / "none", tmp_path / "a.0001.exr"):
-        with pytest.raises(InputError, match="a folder with frames of lodbench"):
-            wrong(folder)
