@@ -1,0 +1,238 @@
+"""Render the pairs of an experiment, ask models about them, and write the page.
+
+A condition is one case, which a cluster may measure. Its pictures are finished one by one, each
+under a name that is a digest of all that made it: the same command goes on where it was stopped,
+and nobody reads from a name what is pruned. The two pictures of the reference, and those of the
+levels, have samples of their own, so that grain tells nothing.
+
+Three models look at every pair, as it is displayed at 60 pixels a degree:
+
+flip     mean FLIP (``bench.images.differences``), of clips that of the first, middle and last frame
+barten   the difference in luminance over the mean luminance is filtered by the contrast sensitivity
+         of Barten's eye (``lod.eye``); its greatest value is 1 where the eye sees it half of the
+         time, which is right three times in four
+jod      ColorVideoVDP, where its environment is there
+
+Grain alone has FLIP and contrast: what a model says of the reference's second picture is its floor.
+"""
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from PIL import Image
+
+from bench.experiment import Progress
+from bench.images.differences import mean_flip
+from bench.methods.environments import VIDEO
+from bench.methods.video import just_objectionable_differences
+from bench.observers import plan
+from bench.observers.plan import LEVELS_PX, STAIRCASE, Condition, block_of, digest
+from bench.observers.psychometric import GUESS
+from bench.observers.results import FORMAT, FORMAT_VERSION
+from bench.runs import CaseExecutor, sources
+from lod.eye import SQUARE_WAVE_GAIN, Display, Eye, sensitivity
+from scenes.files import write_text
+from scenes.presets.load import Setting, load_preset
+from scenes.render.pictures import (
+    NEARLY_LOSSLESS,
+    auto_exposure,
+    encode_movie,
+    save_picture,
+    to_srgb_8bit,
+)
+from scenes.render.render import build_frame, trace
+from scenes.scene import Scene
+from scenes.sticks.prototype import LUMINANCE
+
+PLAN, PAGE, PICTURES = "plan.json", "index.html", "pictures"
+OBSERVERS = 120
+"""Numbers that have a block of their own; from there on they come again."""
+
+BREAK_EVERY = 42
+"""Trials between breaks."""
+
+DISPLAY = Display(plan.PIXELS_PER_DEGREE)
+
+
+@dataclass(frozen=True)
+class Pictures:
+    """How the pictures of an experiment are made: size WxH, samples a pixel, frames of a clip."""
+
+    size: str = "640x360"
+    spp: int = 256
+    frames: int = 24
+
+
+@dataclass(frozen=True)
+class Version:
+    """One picture or clip of a condition: its τ, and which samples it has."""
+
+    name: str
+    detail_px: float
+    samples: int
+
+
+REFERENCE = Version("reference", plan.REFERENCE_PX, 0)
+AGAIN = Version("again", plan.REFERENCE_PX, 1)
+VERSIONS = (
+    AGAIN,
+    *(Version(f"level {k}", px, 2) for k, px in enumerate((*LEVELS_PX, plan.CATCH_PX))),
+)
+
+
+def make_condition(
+    condition: Condition, folder: Path, how: Pictures, variant: str
+) -> dict[str, Any]:
+    """Render what is left of a condition, and return its entry of the plan."""
+    numbers = range(1, (how.frames if condition.moving else 1) + 1)
+    made_by = [asdict(condition), asdict(how), variant, sources()]
+    ends = ".webm" if condition.moving else ".png"
+
+    def path(version: Version) -> Path:
+        return folder / PICTURES / f"{digest([asdict(version), *made_by])[:24]}{ends}"
+
+    def finished(version: Version) -> bool:
+        return path(version).exists() and path(version).with_suffix(".json").exists()
+
+    left = [each for each in VERSIONS if not finished(each)]
+    if left or not path(REFERENCE).exists():
+        scene = Scene(_preset(condition, how, plan.REFERENCE_PX))
+        radiance = list(_radiance(scene, numbers, variant, REFERENCE))
+        exposure = auto_exposure(radiance[0])
+        whole = [to_srgb_8bit(each, exposure) for each in radiance]
+        _write(whole, path(REFERENCE))
+        for version in left:
+            here = scene.with_preset(_preset(condition, how, version.detail_px))
+            rendered = _radiance(here, numbers, variant, version)
+            shown = [to_srgb_8bit(each, exposure) for each in rendered]
+            _write(shown, path(version))
+            write_text(path(version).with_suffix(".json"), json.dumps(models(shown, whole)))
+    said = [json.loads(path(each).with_suffix(".json").read_text("utf-8")) for each in VERSIONS]
+    again, *levels = (f"{PICTURES}/{path(each).name}" for each in VERSIONS)
+    return {
+        "name": condition.name,
+        "moving": condition.moving,
+        "reference": f"{PICTURES}/{path(REFERENCE).name}",
+        "again": again,
+        "levels": levels,
+        "models": {name: [each[name] for each in said] for name in said[0]},
+    }
+
+
+def _preset(condition: Condition, how: Pictures, detail_px: float) -> Any:
+    own = {"render.size": how.size, "render.spp": how.spp, "view.detail": detail_px}
+    laid = [Setting("observe make", key, value) for key, value in own.items()]
+    return load_preset(plan.SUBJECTS[condition.subject], [*condition.settings, *laid])
+
+
+def _radiance(
+    scene: Scene, numbers: Sequence[int], variant: str, version: Version
+) -> Iterator[np.ndarray]:
+    for number in numbers:
+        frame_input = scene.input(number, variant)
+        quality = frame_input.quality
+        own = replace(quality, seed=quality.seed + 1000 * version.samples)
+        yield trace(build_frame(frame_input), own, number).rgb
+
+
+def _write(shown: Sequence[np.ndarray], path: Path) -> None:
+    path.parent.mkdir(exist_ok=True)
+    if path.suffix == ".png":
+        save_picture(Image.fromarray(shown[0]), path)
+    else:
+        encode_movie(iter(shown), path, plan.FPS, NEARLY_LOSSLESS)
+
+
+def models(shown: Sequence[np.ndarray], whole: Sequence[np.ndarray]) -> dict[str, float]:
+    """Return what each model says of displayed pictures beside their reference."""
+    some = sorted({0, len(shown) // 2, len(shown) - 1})
+    pairs = [[each[k].astype(np.float32) / 255 for each in (shown, whole)] for k in some]
+    flips = [mean_flip(one, other, plan.PIXELS_PER_DEGREE) for one, other in pairs]
+    said = {
+        "flip": float(np.mean(flips)),
+        "barten": float(np.mean([barten_contrast(one, other) for one, other in pairs])),
+    }
+    if VIDEO.python() is not None:
+        tested, reference = (np.stack(each).astype(np.float32) / 255 for each in (shown, whole))
+        found = just_objectionable_differences({"pruned": tested}, reference, plan.FPS)
+        said["jod"] = found["pruned"]
+    return said
+
+
+def barten_contrast(shown: np.ndarray, whole: np.ndarray) -> float:
+    """Return the greatest difference of two displayed pictures, in thresholds of Barten's eye."""
+    from colour.models import eotf_sRGB
+
+    one, other = (eotf_sRGB(each.astype(np.float64)) @ LUMINANCE for each in (shown, whole))
+    contrast = np.fft.rfft2((one - other) / other.mean())
+    down, across = (f(n) for f, n in zip((np.fft.fftfreq, np.fft.rfftfreq), one.shape, strict=True))
+    frequency = plan.PIXELS_PER_DEGREE * np.hypot(down[:, None], across)
+    frequency[0, 0] = np.inf  # a difference of means is no pattern
+    eye = sensitivity(DISPLAY, Eye())
+    gain = np.interp(frequency, eye.frequency, eye.value / SQUARE_WAVE_GAIN, right=0.0)
+    return float(np.abs(np.fft.irfft2(gain * contrast, one.shape)).max())
+
+
+def make(
+    folder: Path,
+    conditions: Sequence[Condition],
+    how: Pictures,
+    variant: str,
+    executor: CaseExecutor,
+    progress: Progress,
+    power: Sequence[Mapping[str, float]],
+) -> dict[str, Any]:
+    """Make an experiment in a folder: its pictures, its plan and its page; return the plan."""
+    (folder / PICTURES).mkdir(exist_ok=True)
+    entries = []
+    made = executor(make_condition, [(each, folder, how, variant) for each in conditions])
+    for number, condition in enumerate(conditions):
+        progress(number, len(conditions), condition.name)
+        entries.append(next(made))
+    progress(len(conditions), len(conditions), "page")
+    width, height = (int(each) for each in how.size.split("x"))
+    body: dict[str, Any] = {
+        "format": FORMAT,
+        "format_version": FORMAT_VERSION,
+        "seed": 1,
+        "size": [width, height],
+        "spp": how.spp,
+        "frames": how.frames,
+        "fps": plan.FPS,
+        "pixels_per_degree": plan.PIXELS_PER_DEGREE,
+        "trials": plan.TRIALS,
+        "catches": plan.CATCHES,
+        "break_every": BREAK_EVERY,
+        "staircase": asdict(STAIRCASE) | {"guess": GUESS},
+        "blocks": [block_of(k + 1, conditions) for k in range(OBSERVERS)],
+        "conditions": [{k: v for k, v in each.items() if k != "models"} for each in entries],
+    }
+    body["block_trials"] = len(body["blocks"][0]) * (plan.TRIALS + plan.CATCHES)
+    body["sha256"] = digest(body)
+    models_said = {each["name"]: each["models"] for each in entries}
+    whole = body | {"models": models_said, "power": list(power)}
+    write_text(folder / PLAN, json.dumps(whole, indent=1, ensure_ascii=False) + "\n")
+    write_text(folder / PAGE, page(body))
+    return whole
+
+
+def page(body: Mapping[str, Any]) -> str:
+    """Return the page of a plan, with all that it runs inside it."""
+    shelf = resources.files("bench.observers") / "page"
+    parts = {
+        "css": "page.css",
+        "jspsych": "jspsych/jspsych.js",
+        "quest": "quest.js",
+        "page": "page.js",
+    }
+    text = (shelf / "page.html").read_text("utf-8")
+    for name, file in parts.items():
+        text = text.replace(f"/*{name}*/", (shelf / file).read_text("utf-8"))
+    licence = (shelf / "jspsych" / "LICENSE").read_text("utf-8")
+    told = json.dumps(body, ensure_ascii=False).replace("<", "\\u003c")
+    return text.replace("/*licence*/", licence).replace("/*plan*/", told)

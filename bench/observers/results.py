@@ -1,0 +1,173 @@
+"""Files of results: read and checked, excluded by rule, counted, and fitted.
+
+A file is what the page writes when a session ends: JSON whose ``sha256`` is that of ``content`` as
+canonical JSON, in which every number is whole. It tells whether a file was changed since, by
+accident or by hand; it is no signature. Levels are checked, too: each must be the one that QUEST+
+shows after the answers before it.
+"""
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from bench.observers import plan as fixed
+from bench.observers.plan import EXCLUSIONS, FITTED_LEVELS, STAIRCASE, canonical, digest
+from lod.errors import InputError
+
+FORMAT, FORMAT_VERSION = "lodbench-observer", 1
+LARGEST_FILE = 4_000_000
+
+
+class _Table(BaseModel):
+    model_config = ConfigDict(strict=True, frozen=True, extra="ignore")
+
+
+class Trial(_Table):
+    """One answer: what was shown, on which side the pruned picture was, and what was said."""
+
+    condition: int = Field(ge=0)
+    caught: bool
+    level: int = Field(ge=0, lt=len(FITTED_LEVELS))
+    side: Literal[0, 1]
+    answer: Literal[0, 1]
+    ms: int = Field(ge=0)
+
+
+class Screen(_Table):
+    """What matters of the screen: pixels in a degree of sight, in thousandths."""
+
+    millipixels_per_degree: int = 0
+
+
+class Session(_Table):
+    """The answers of one observer."""
+
+    plan: str
+    observer: int = Field(ge=1)
+    session: str
+    finished: str
+    screen: Screen
+    trials: tuple[Trial, ...] = Field(strict=False)
+
+    @cached_property
+    def conditions(self) -> tuple[int, ...]:
+        """Numbers of the conditions that were shown, in order."""
+        return tuple(sorted({each.condition for each in self.trials}))
+
+    def counts(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return right answers and trials shown, (conditions, levels) each."""
+        right, shown = np.zeros((2, len(self.conditions), len(FITTED_LEVELS)), np.int64)
+        for each in self.trials:
+            at = self.conditions.index(each.condition), each.level
+            shown[at] += 1
+            right[at] += each.answer == each.side
+        return right, shown
+
+    def excluded(self, plan: Mapping[str, Any]) -> str:
+        """Return the first of EXCLUSIONS that holds; an empty text where none does."""
+        missed = sum(each.answer != each.side for each in self.trials if each.caught)
+        ppd = self.screen.millipixels_per_degree / 1000 / fixed.PIXELS_PER_DEGREE
+        holds = (
+            len(self.trials) < plan["block_trials"],
+            missed > fixed.MOST_CATCHES_MISSED,
+            np.median([each.ms for each in self.trials] or [0]) < fixed.SHORTEST_MEDIAN_MS,
+            abs(ppd - 1) > fixed.MOST_OFF_DISTANCE,
+        )
+        return next((why for why, so in zip(EXCLUSIONS, holds, strict=True) if so), "")
+
+
+@dataclass(frozen=True)
+class Read:
+    """What was read of all files: sessions, and a line for each file that is none."""
+
+    sessions: tuple[Session, ...]
+    refused: tuple[str, ...]
+
+
+def result_text(content: Mapping[str, Any]) -> str:
+    """Write a result file as the page does."""
+    head = f'"format":"{FORMAT}","format_version":{FORMAT_VERSION},"sha256":"{digest(content)}"'
+    return f'{{{head},\n"content":{canonical(content)}}}\n'
+
+
+def read_results(paths: Sequence[Path], plan: Mapping[str, Any]) -> Read:
+    """Read result files of a plan. A file that cannot be used is one line, and the rest is read."""
+    sessions: dict[int, tuple[Session, Path]] = {}
+    refused = []
+    for path in paths:
+        try:
+            session = read_result(path, plan)
+            if session.observer in sessions:
+                first = sessions[session.observer][1]
+                rule = f"one file of every observer, and {first.name} is of the same one"
+                raise InputError(
+                    str(path), f"observer {session.observer}", rule, "keep one of them"
+                )
+            sessions[session.observer] = session, path
+        except InputError as error:
+            refused.append(str(error))
+    return Read(tuple(session for session, _ in sessions.values()), tuple(refused))
+
+
+def read_result(path: Path, plan: Mapping[str, Any]) -> Session:
+    """Read one file. Raises InputError for one that is broken, foreign or edited."""
+    try:
+        with path.open("rb") as file:
+            text = file.read(LARGEST_FILE)
+        body = json.loads(text.decode("utf-8"))
+    except (OSError, ValueError, RecursionError) as error:
+        rule = f"a readable JSON file ({type(error).__name__})"
+        raise InputError("FILES", str(path), rule, "save it again from the page") from None
+    if not isinstance(body, dict) or body.get("format") != FORMAT:
+        raise InputError("FILES", str(path), "a file that the page saved", "leave it out")
+    if body.get("format_version") != FORMAT_VERSION:
+        rule = f"format version {FORMAT_VERSION}"
+        raise InputError(str(path), body.get("format_version"), rule, "use lodbench of its day")
+    content = body.get("content")
+    if body.get("sha256") != digest(content):
+        rule = "its content has the SHA-256 it names: it was edited or damaged"
+        raise InputError("FILES", str(path), rule, "take the file that the page saved")
+    try:
+        session = Session.model_validate(content)
+    except ValidationError as error:
+        first = error.errors()[0]
+        key = ".".join(map(str, first["loc"]))
+        raise InputError(str(path), key, first["msg"], "save it again from the page") from None
+    if session.plan != plan["sha256"]:
+        rule = "a file of this experiment, and it is of another"
+        raise InputError("FILES", str(path), rule, "name the folder that its page came from")
+    if wrong := _off_protocol(session, plan):
+        raise InputError(str(path), wrong, "what this experiment shows", "leave it out")
+    return session
+
+
+_TIE = 1e-9
+
+
+def _off_protocol(session: Session, plan: Mapping[str, Any]) -> str:
+    """Name the first trial that the page would not have shown; an empty text without one."""
+    block = plan["blocks"][(session.observer - 1) % len(plan["blocks"])]
+    most = {False: plan["trials"], True: plan["catches"]}
+    asked: dict[tuple[int, bool], int] = {}
+    posterior = STAIRCASE.start(len(block))
+    for number, each in enumerate(session.trials, 1):
+        slot = each.condition, each.caught
+        asked[slot] = asked.get(slot, 0) + 1
+        if each.condition not in block or asked[slot] > most[each.caught]:
+            return f"trial {number}: condition {each.condition}"
+        k = block.index(each.condition)
+        if each.caught != (each.level == len(STAIRCASE.levels)):
+            return f"trial {number}: level {each.level}"
+        if not each.caught:
+            entropy = STAIRCASE.entropy(posterior[k : k + 1])[0]
+            if entropy[each.level] > entropy.min() + _TIE:
+                return f"trial {number}: level {each.level}"
+            right = np.array([each.answer == each.side])
+            posterior[k] = STAIRCASE.updated(posterior[k : k + 1], np.array([each.level]), right)[0]
+    return ""
