@@ -71,11 +71,11 @@ def answer_points(
 def thresholds(said: Mapping[str, Sequence[float]]) -> dict[str, float]:
     """Return τ [px] at which each model's values cross its criterion, where they do.
 
-    ``said`` has for each model the value of the reference's second picture, and of every level.
-    Between levels the value is read along the straight line over log τ.
+    ``said`` has the values of all levels. Between two the value is read along the straight line
+    over log τ.
     """
     found = {}
-    for model, (_, *row) in said.items():
+    for model, row in said.items():
         criterion, sign = CRITERIA[model]
         above = [sign * (value - criterion) for value in row[: len(LEVELS_PX)]]
         first = next((k for k, value in enumerate(above) if value >= 0), 0)
@@ -267,9 +267,9 @@ EXPERIMENT = Experiment(
             about="simulated observers through the protocol: bias, coverage, exclusions",
             cases=simulated_cases,
             claims=simulated_claims,
-            full={"observers": 1000, "groups": 50, "unseen": True},
+            full={"observers": 6000, "groups": 300, "unseen": True},
             quick={"observers": 200, "groups": 10, "unseen": False},
-            seconds=(60, 15),
+            seconds=(120, 10),
         ),
         "answers": Topic(
             about="answers of people, by `lodbench observe fit`",

@@ -7,16 +7,20 @@ levels, have samples of their own, so that grain tells nothing.
 
 Three models look at every pair, as it is displayed at 60 pixels a degree:
 
-flip     mean FLIP (``bench.images.differences``), of clips that of the first, middle and last frame
-barten   the difference in luminance over the mean luminance is filtered by the contrast sensitivity
-         of Barten's eye (``lod.eye``); its greatest value is 1 where the eye sees it half of the
-         time, which is right three times in four
+flip     mean FLIP (``bench.images.differences``) beyond that of grain alone; of clips that of the
+         first, middle and last frame
+barten   contrast in thresholds of Barten's eye (``lod.eye``): parts of τ px are half-periods of a
+         frequency f, and √2 times the RMS of (Y − Y′)/mean Y′ in the octave about f is the
+         modulation of a grating with as much contrast; times the eye's sensitivity at f it is 1
+         where the eye sees it half of the time, and so is right three times in four
 jod      ColorVideoVDP, where its environment is there
 
-Grain alone has FLIP and contrast: what a model says of the reference's second picture is its floor.
+Grain alone has FLIP and contrast. How much is told by the second picture of the reference, and is
+taken away: from FLIP as it is, from contrast squared, for variances add up.
 """
 
 import json
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from importlib import resources
@@ -55,8 +59,6 @@ OBSERVERS = 120
 
 BREAK_EVERY = 42
 """Trials between breaks."""
-
-DISPLAY = Display(plan.PIXELS_PER_DEGREE)
 
 
 @dataclass(frozen=True)
@@ -111,7 +113,7 @@ def make_condition(
             rendered = _radiance(here, numbers, variant, version)
             shown = [to_srgb_8bit(each, exposure) for each in rendered]
             _write(shown, path(version))
-            write_text(path(version).with_suffix(".json"), json.dumps(models(shown, whole)))
+            write_text(path(version).with_suffix(".json"), json.dumps(look_at(shown, whole)))
     said = [json.loads(path(each).with_suffix(".json").read_text("utf-8")) for each in VERSIONS]
     again, *levels = (f"{PICTURES}/{path(each).name}" for each in VERSIONS)
     return {
@@ -120,7 +122,7 @@ def make_condition(
         "reference": f"{PICTURES}/{path(REFERENCE).name}",
         "again": again,
         "levels": levels,
-        "models": {name: [each[name] for each in said] for name in said[0]},
+        "models": without_grain(said[1:], said[0]),
     }
 
 
@@ -148,34 +150,51 @@ def _write(shown: Sequence[np.ndarray], path: Path) -> None:
         encode_movie(iter(shown), path, plan.FPS, NEARLY_LOSSLESS)
 
 
-def models(shown: Sequence[np.ndarray], whole: Sequence[np.ndarray]) -> dict[str, float]:
-    """Return what each model says of displayed pictures beside their reference."""
+def look_at(shown: Sequence[np.ndarray], whole: Sequence[np.ndarray]) -> dict[str, list[float]]:
+    """Return what each model says of displayed pictures beside their reference, grain included.
+
+    The contrasts are those in the band of every level.
+    """
     some = sorted({0, len(shown) // 2, len(shown) - 1})
     pairs = [[each[k].astype(np.float32) / 255 for each in (shown, whole)] for k in some]
     flips = [mean_flip(one, other, plan.PIXELS_PER_DEGREE) for one, other in pairs]
-    said = {
-        "flip": float(np.mean(flips)),
-        "barten": float(np.mean([barten_contrast(one, other) for one, other in pairs])),
-    }
+    contrasts = np.mean([band_contrasts(one, other) for one, other in pairs], axis=0)
+    said = {"flip": [float(np.mean(flips))], "barten": contrasts.tolist()}
     if VIDEO.python() is not None:
         tested, reference = (np.stack(each).astype(np.float32) / 255 for each in (shown, whole))
         found = just_objectionable_differences({"pruned": tested}, reference, plan.FPS)
-        said["jod"] = found["pruned"]
+        said["jod"] = [found["pruned"]]
     return said
 
 
-def barten_contrast(shown: np.ndarray, whole: np.ndarray) -> float:
-    """Return the greatest difference of two displayed pictures, in thresholds of Barten's eye."""
+def band_contrasts(shown: np.ndarray, whole: np.ndarray) -> np.ndarray:
+    """Return the difference of two displayed pictures in thresholds of Barten's eye, by level."""
     from colour.models import eotf_sRGB
 
     one, other = (eotf_sRGB(each.astype(np.float64)) @ LUMINANCE for each in (shown, whole))
-    contrast = np.fft.rfft2((one - other) / other.mean())
-    down, across = (f(n) for f, n in zip((np.fft.fftfreq, np.fft.rfftfreq), one.shape, strict=True))
-    frequency = plan.PIXELS_PER_DEGREE * np.hypot(down[:, None], across)
-    frequency[0, 0] = np.inf  # a difference of means is no pattern
-    eye = sensitivity(DISPLAY, Eye())
-    gain = np.interp(frequency, eye.frequency, eye.value / SQUARE_WAVE_GAIN, right=0.0)
-    return float(np.abs(np.fft.irfft2(gain * contrast, one.shape)).max())
+    power = np.abs(np.fft.fft2((one - other) / other.mean()) / one.size) ** 2
+    down, across = (plan.PIXELS_PER_DEGREE * np.fft.fftfreq(n) for n in one.shape)
+    frequency = np.hypot(down[:, None], across)
+    field_deg = math.sqrt(one.size) / plan.PIXELS_PER_DEGREE
+    eye = sensitivity(Display(plan.PIXELS_PER_DEGREE, field_deg=field_deg), Eye())
+    found = []
+    for px in LEVELS_PX:
+        f = plan.PIXELS_PER_DEGREE / (2 * px)
+        within = (frequency >= f / math.sqrt(2)) & (frequency < f * math.sqrt(2))
+        gain = np.interp(f, eye.frequency, eye.value / SQUARE_WAVE_GAIN, right=0.0)
+        found.append(gain * math.sqrt(2 * power[within].sum()))
+    return np.array(found)
+
+
+def without_grain(levels: Sequence[Mapping[str, Any]], grain: Mapping[str, Any]) -> dict[str, Any]:
+    """Return each model's value of every level of the staircase, less that of grain."""
+    own = levels[: len(LEVELS_PX)]
+    pairs = [(each["barten"][k], grain["barten"][k]) for k, each in enumerate(own)]
+    values = {
+        "flip": [each["flip"][0] - grain["flip"][0] for each in own],
+        "barten": [math.sqrt(max(one**2 - other**2, 0.0)) for one, other in pairs],
+    }
+    return values | ({"jod": [each["jod"][0] for each in own]} if "jod" in grain else {})
 
 
 def make(

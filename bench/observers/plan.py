@@ -82,7 +82,7 @@ class Condition:
     @property
     def settings(self) -> tuple[Setting, ...]:
         """What is laid over the preset of its subject."""
-        laid = PLACES[self.place] | WAYS[self.way] | {"camera.fps": float(FPS)}
+        laid = {**PLACES[self.place], **WAYS[self.way], "camera.fps": float(FPS)}
         return tuple(Setting(self.name, key, value) for key, value in laid.items())
 
 

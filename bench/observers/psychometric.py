@@ -43,12 +43,14 @@ AT_75 = math.log10(math.log(2))
 """β·(x₇₅ − α)."""
 
 
-def chance_correct(x: Reals, alpha: Reals, beta: Reals, lapse: Reals) -> Reals:
+def chance_correct(
+    x: np.ndarray, alpha: np.ndarray, beta: np.ndarray, lapse: np.ndarray
+) -> np.ndarray:
     """Return the probability of a right answer at levels x = log₁₀ τ; arguments broadcast."""
-    return 1 - lapse - (1 - GUESS - lapse) * np.exp(-(10.0 ** (beta * (x - alpha))))
+    return np.asarray(1 - lapse - (1 - GUESS - lapse) * np.exp(-(10.0 ** (beta * (x - alpha)))))
 
 
-def _grid(*axes: Sequence[float]) -> list[Reals]:
+def _grid(*axes: Sequence[float] | Reals) -> list[Reals]:
     return [each.ravel() for each in np.meshgrid(*axes, indexing="ij")]
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from scipy import stats
 
 from bench.observers.plan import BLOCK, CATCHES, FITTED_LEVELS, PIXELS_PER_DEGREE, STAIRCASE, TRIALS
-from bench.observers.psychometric import AT_75, chance_correct, fit
+from bench.observers.psychometric import AT_75, SLOPE_PRIOR, chance_correct, fit
 from bench.observers.results import result_text
 
 
@@ -31,7 +31,7 @@ class ObserverModel:
     thresholds: tuple[float, float] = (0.15, 0.75)
     observers: float = 0.13
     conditions: float = 0.08
-    slope: tuple[float, float] = (2.5, 0.3)
+    slope: tuple[float, float] = SLOPE_PRIOR
     lapse: float = 0.025
 
 

@@ -191,10 +191,12 @@ def simulate_command(
     as_json: bool,
 ) -> None:
     """Send observers of a stated model through the protocol, and write files as the page does."""
-    from bench.observers.simulate import ObserverModel, simulated_files
+    from bench.observers.simulate import Kind, ObserverModel, simulated_files
 
     plan = plan_of(experiment)
-    kinds = [*["observer"] * observers, *["guesser"] * guessers, *["lapser"] * lapsers]
+    kinds: list[Kind] = ["observer"] * observers
+    kinds += ["guesser"] * guessers
+    kinds += ["lapser"] * lapsers
     place, model = make_folder(folder), ObserverModel()
     paths = []
     for name, text in simulated_files(plan, kinds, model, seed):

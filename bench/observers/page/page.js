@@ -4,7 +4,7 @@
 const PLAN = JSON.parse(document.getElementById("plan").textContent);
 const CARD_MM = 85.6;
 const [WIDTH, HEIGHT] = PLAN.size;
-const jsPsych = initJsPsych({ display_element: "page" });
+const jsPsych = initJsPsych({ display_element: "page", override_safe_mode: true });
 let content = null; // what the file will hold
 let protocol = null;
 let box = null;
