@@ -6,7 +6,9 @@ and the same fit: thresholds must come out without bias, intervals must cover, a
 must be excluded by the rules.
 """
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
+from datetime import UTC, datetime
 from functools import partial
 from typing import Any
 
@@ -14,13 +16,20 @@ import numpy as np
 
 from bench.experiment import Case, Experiment, Table, Topic
 from bench.images.equal_error import EQUAL_ERROR
-from bench.observers import plan as fixed
-from bench.observers.plan import CATCHES, FITTED_LEVELS, LEVELS_PX, TRIALS
-from bench.observers.psychometric import Fits, Joined, fit, join
+from bench.observers.plan import (
+    BLOCK,
+    CATCHES,
+    FITTED_LEVELS,
+    LEVELS_PX,
+    MOST_CATCHES_MISSED,
+    WAYS,
+)
+from bench.observers.psychometric import Fits, fit, join
 from bench.observers.results import Session
-from bench.observers.simulate import LAPSER, ObserverModel, ask, draw
-from bench.plots import Curve, Panel, Plot, figure
-from bench.records.claims import Claim, at_least, at_most, claim, within
+from bench.observers.simulate import ObserverModel, ask
+from bench.plots import Curve, Panel, Plot, estimated, figure
+from bench.records.claims import EXACT, Claim, at_least, at_most, claim, within
+from bench.records.provenance import provenance
 from bench.records.records import Point, Prediction, Record, columns
 from bench.seeds import first_seed
 from bench.statistics.estimates import Estimate, two_sided_mean, two_sided_share
@@ -41,31 +50,39 @@ def no_cases() -> Sequence[Case]:
     raise InputError("EXPERIMENT", "answers", "answers come from people", cure)
 
 
-def answer_points(
-    sessions: Sequence[Session], plan: Mapping[str, Any], topic: str = "answers"
-) -> list[Point]:
-    """Make a point of every condition that at least two sessions saw: answers by level."""
-    counts = [
-        dict(zip(each.conditions, zip(*each.counts(), strict=True), strict=True))
-        for each in sessions
-    ]
-    made = []
+def answers_record(
+    sessions: Sequence[Session], plan: Mapping[str, Any], notes: Mapping[str, Any]
+) -> Record:
+    """Make the record of sessions that are used.
+
+    Raises InputError where no condition has two observers.
+    """
+    points, seen = [], [each.counts() for each in sessions]
     for number, condition in enumerate(plan["conditions"]):
-        mine = [k for k, each in enumerate(counts) if number in each]
+        mine = [k for k, each in enumerate(seen) if number in each]
         if len(mine) < 2:
             continue
-        right, shown = (np.array([counts[k][number][which] for k in mine]) for which in (0, 1))
+        right, shown = (np.array([seen[k][number][n] for k in mine]).T.tolist() for n in (0, 1))
         samples = [*columns({"observer": [sessions[k].observer for k in mine]})]
         for level in range(len(FITTED_LEVELS)):
-            row = {"right": right[:, level].tolist(), "shown": shown[:, level].tolist()}
-            samples += columns(row, level=level)
-        said = plan["models"][condition["name"]]
-        predicted = [
-            Prediction("tau75", px, {"model": model}) for model, px in thresholds(said).items()
-        ]
-        case = {"topic": topic, "condition": condition["name"]}
-        made.append(Point(case, tuple(predicted), tuple(samples)))
-    return made
+            samples += columns({"right": right[level], "shown": shown[level]}, level=level)
+        said = thresholds(plan["models"][condition["name"]]).items()
+        predicted = tuple(Prediction("tau75", px, {"model": model}) for model, px in said)
+        case = {"topic": "answers", "condition": condition["name"]}
+        points.append(Point(case, predicted, tuple(samples)))
+    if not points:
+        rule = "2 observers of one condition, or more, who are not excluded"
+        raise InputError("FILES", f"{len(sessions)} observers", rule, "ask more people")
+    return Record(
+        experiment=EXPERIMENT.name,
+        version=EXPERIMENT.version,
+        quick=False,
+        made=datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ"),
+        provenance=provenance(plan["sha256"], plan["seed"]),
+        points=tuple(points),
+        claims=EXPERIMENT.judged(points),
+        notes={"plan": plan["sha256"], "observers": len(sessions), **notes},
+    )
 
 
 def thresholds(said: Mapping[str, Sequence[float]]) -> dict[str, float]:
@@ -97,64 +114,39 @@ def fitted(points: Sequence[Point]) -> tuple[Fits, np.ndarray, np.ndarray]:
     return fit(FITTED_LEVELS, right, shown), np.unique(who, return_inverse=True)[1], which
 
 
-def joined(points: Sequence[Point]) -> tuple[tuple[Estimate, ...], Joined]:
-    """Estimate τ₇₅ [px] of every condition over observers; also return the mixed model."""
-    found = join(*fitted(points))
-    return tuple(
-        Estimate(
-            10**e.value,
-            10**e.low,
-            10**e.high,
-            np.log(10) * 10**e.value * e.standard_error,
-            1.0,
-            e.rows,
-        )
-        for e in found.thresholds
-    ), found
+def joined(points: Sequence[Point]) -> list[Estimate]:
+    """Estimate τ₇₅ [px] of every condition over observers."""
+    return [_of_log(each) for each in join(*fitted(points)).thresholds]
+
+
+def _of_log(e: Estimate) -> Estimate:
+    value, low, high = (10**each for each in (e.value, e.low, e.high))
+    return Estimate(value, low, high, math.log(10) * value * e.standard_error, 1.0, e.rows)
 
 
 def answer_claims(points: Sequence[Point]) -> Iterator[Claim]:
-    """Claim of every condition that half of what is left out at the shipped τ stays unseen."""
-    for point, estimate in zip(points, joined(points)[0], strict=True):
-        condition = {"pictures": point.case["condition"]}
-        yield claim(
-            "τ75 in px",
-            at_least(SHIPPED_PX),
-            condition,
-            estimate,
-            unit="observer",
-            source="§1.1, §5.2",
-            headline=True,
-        )
+    """Claim of every condition that who has no lapses tells the shipped τ in 75 % at most."""
+    facts = partial(claim, "τ75 [px]", at_least(SHIPPED_PX), unit="observer", source="§5.2")
+    for point, estimate in zip(points, joined(points), strict=True):
+        yield facts({"pictures": point.case["condition"]}, estimate, headline=True)
 
 
 def answer_plots(record: Record) -> Iterator[Plot]:
     """Draw τ₇₅ of every condition, beside what the models predict."""
-    points = record.points
-    estimates = joined(points)[0]
+    both = list(zip(record.points, joined(record.points), strict=True))
     panels = []
-    for way in fixed.WAYS:
-        mine = [k for k, p in enumerate(points) if p.case["condition"].endswith(f", {way}")]
-        if not mine:
-            continue
-        x = list(range(len(mine)))
-        e = [estimates[k] for k in mine]
-        drawn = [
-            Curve("observers", x, [v.value for v in e], [v.low for v in e], [v.high for v in e])
-        ]
-        for model, name in MODEL_NAMES.items():
-            told = [
-                (at, p.value)
-                for at, k in enumerate(mine)
-                for p in points[k].predicted
-                if p.keys["model"] == model
-            ]
+    for way in WAYS:
+        name = f", {way}"
+        mine = [(p, e) for p, e in both if p.case["condition"].endswith(name)]
+        drawn = [estimated("observers", range(len(mine)), [e for _, e in mine])] if mine else []
+        for model, label in MODEL_NAMES.items():
+            said = [(k, p.predicted) for k, (p, _) in enumerate(mine)]
+            told = [(k, e.value) for k, row in said for e in row if e.keys == {"model": model}]
             if told:
-                drawn.append(Curve(name, *map(list, zip(*told, strict=True))))
-        ticks = [points[k].case["condition"].removesuffix(f", {way}") for k in mine]
-        panels.append(
-            Panel(way, ("pictures", "τ75 [px]"), drawn, ("linear", "log"), "points", ticks)
-        )
+                drawn.append(Curve(label, [k for k, _ in told], [value for _, value in told]))
+        ticks = [p.case["condition"].removesuffix(name) for p, _ in mine]
+        axis, scale = ("pictures", "τ75 [px]"), ("linear", "log")
+        panels.append(Panel(way, axis, drawn, scale, "points", ticks))
     caption = (
         "τ at which an observer without lapses tells a pruned picture from the reference in 75 % "
         "of pairs: mean over observers and 95 % interval, beside the τ at which each model reaches "
@@ -164,7 +156,7 @@ def answer_plots(record: Record) -> Iterator[Plot]:
 
 
 def answer_tables(record: Record) -> Iterator[tuple[str, Table]]:
-    """List τ₇₅ of every observer in every condition, and the deviations of the mixed model."""
+    """List τ₇₅ of every observer in every condition."""
     found, _, which = fitted(record.points)
     who = [n for p in record.points for n in p.column("observer")]
     rows = [
@@ -172,13 +164,6 @@ def answer_tables(record: Record) -> Iterator[tuple[str, Table]]:
         for k, n, *values in zip(which, who, found.value, found.low, found.high, strict=True)
     ]
     yield "τ75 of every observer", (("pictures", "observer", "τ75 [px]", "from", "to"), rows)
-    model = joined(record.points)[1]
-    spread = [("observers", f"{model.observers:.3f}"), ("conditions", f"{model.conditions:.3f}")]
-    yield "Standard deviations of log10 τ75", (("between", "deviation"), spread)
-
-
-SIMULATED = 6
-"""Conditions that each simulated observer sees."""
 
 
 def simulated_cases(observers: int, groups: int, unseen: bool) -> Sequence[Case]:
@@ -187,75 +172,52 @@ def simulated_cases(observers: int, groups: int, unseen: bool) -> Sequence[Case]
     return [partial(measure_simulated, observers // groups, first + k) for k in range(groups)]
 
 
-def measure_simulated(count: int, field: int, seed: int) -> Point:
-    """Send observers through the protocol: τ₇₅ as it is and as it is fitted, in 10⁻⁶ of log₁₀."""
-    rng = np.random.default_rng([seed, field])
-    people = draw(ObserverModel(), count, SIMULATED, rng)
-    who, condition = np.repeat(np.arange(count), SIMULATED), np.tile(np.arange(SIMULATED), count)
-    found = fit(FITTED_LEVELS, *ask(people, who, condition, TRIALS, rng))
-    true = people.log75.ravel()
-    joint = join(found, who, condition).thresholds
-    catches = SIMULATED * CATCHES
-    missed = {
-        kind: rng.binomial(catches, np.broadcast_to(lapse / 2, count))
-        for kind, lapse in (("observer", people.lapse), ("guesser", 1.0), ("lapser", LAPSER))
-    }
-    samples = {
-        "error": _millionths(found.value - true),
-        "covered": [int(((found.low <= true) & (true <= found.high)).sum())],
-        "of": [len(true)],
-        "joint_error": _millionths([e.value - m for e, m in zip(joint, people.mean, strict=True)]),
-        "joint_covered": [
-            int(sum(e.low <= m <= e.high for e, m in zip(joint, people.mean, strict=True)))
-        ],
-        "joint_of": [len(joint)],
-    }
-    samples |= {
-        f"excluded_{kind}": [int((row > fixed.MOST_CATCHES_MISSED).sum())]
-        for kind, row in missed.items()
-    }
-    return Point(
-        {"topic": "simulated", "observers": count}, samples=columns(samples | {"sent": [count]})
-    )
-
-
-def _millionths(values: Any) -> list[int]:
-    return np.rint(1e6 * np.mean(np.reshape(values, (-1, SIMULATED)), axis=1)).astype(int).tolist()
+def measure_simulated(count: int, group: int, seed: int) -> Point:
+    """Send observers, and as many guessers, through a block: errors in 10⁻⁶ of log₁₀ τ₇₅."""
+    rng, model = np.random.default_rng([seed, group]), ObserverModel()
+    said, guessed = (ask(model, np.full(count, lapse), BLOCK, rng) for lapse in (np.nan, 1.0))
+    one, true, means = said.fitted(), said.log75.ravel(), model.means(BLOCK)
+    rows = np.arange(count * BLOCK)
+    joint = join(one, rows // BLOCK, rows % BLOCK).thresholds
+    value, low, high = np.array([(e.value, e.low, e.high) for e in joint]).T
+    samples: dict[str, Any] = {"sent": [count]}
+    for of, error, covered in (
+        ("one", one.value - true, (one.low <= true) & (true <= one.high)),
+        ("all", value - means, (low <= means) & (means <= high)),
+    ):
+        of_condition = error.reshape(-1, BLOCK).mean(axis=0)
+        samples[f"error_{of}"] = [round(1e6 * float(error.mean()))]
+        samples[f"covered_{of}"] = [int(covered.sum())]
+        samples[f"intervals_{of}"] = [len(covered)]
+        samples |= {f"error_{of}_{k}": [round(1e6 * v)] for k, v in enumerate(of_condition)}
+    for kind, answers in (("observers", said), ("guessers", guessed)):
+        missed = (~answers.correct[..., -CATCHES:]).sum(axis=(1, 2))
+        samples[f"excluded_{kind}"] = [int((missed > MOST_CATCHES_MISSED).sum())]
+    return Point({"topic": "simulated"}, samples=columns(samples))
 
 
 def simulated_claims(points: Sequence[Point]) -> Iterator[Claim]:
-    """Claim that thresholds have no bias, that intervals cover, and that rules exclude."""
+    """Claim that thresholds have no bias, that intervals cover, and that guessers are excluded."""
     (point,) = points
-    condition = {"trials": f"{TRIALS} and {CATCHES} catch trials"}
-    facts = {"unit": "observer", "source": "protocol"}
-    for what, of in (("error", "one observer"), ("joint_error", "all observers")):
-        e = two_sided_mean(point.values(what) / 1e6)
-        ratio = Estimate(10**e.value, 10**e.low, 10**e.high, e.standard_error, 1.0, e.rows)
-        yield claim(
-            "τ75 fitted ÷ true",
-            within(1, 0.03),
-            {"of": of, **condition},
-            ratio,
-            headline=True,
-            **facts,
-        )
-    for what, of in (("", "one observer"), ("joint_", "all observers")):
-        share = two_sided_share(point.values(f"{what}covered"), point.values(f"{what}of"))
-        yield claim(
-            "coverage of 95 % intervals",
-            within(0.95, 0.02),
-            {"of": of, **condition},
-            share,
-            headline=True,
-            **facts,
-        )
-    for kind, bound in (
-        ("observer", at_most(0.02)),
-        ("guesser", at_least(0.99)),
-        ("lapser", at_least(0.9)),
-    ):
-        share = two_sided_share(point.values(f"excluded_{kind}"), point.values("sent"))
-        yield claim("share excluded", bound, {"who": kind, **condition}, share, **facts)
+    facts = partial(claim, unit="group of observers", source="protocol")
+    means = ObserverModel().means(BLOCK)
+    errors = {"one observer, all conditions": "error_one", "all observers": "error_all"}
+    errors |= {
+        f"all observers, τ75 = {10**m:.2f} px": f"error_all_{k}" for k, m in enumerate(means)
+    }
+    for of, name in errors.items():
+        ratio = _of_log(two_sided_mean(point.values(name) / 1e6))
+        yield facts("τ75 fitted ÷ true", within(1, 0.03), {"of": of}, ratio, headline=len(of) < 30)
+    shares = (
+        ("coverage of 95 % intervals", "one observer", within(0.95, 0.02), "covered_one"),
+        ("coverage of 95 % intervals", "all observers", within(0.95, 0.02), "covered_all"),
+        ("share excluded", "observers", at_most(0.02), "excluded_observers"),
+        ("share excluded", "guessers", at_least(0.99), "excluded_guessers"),
+    )
+    for estimand, of, bound, name in shares:
+        out_of = name.replace("covered", "intervals") if "covered" in name else "sent"
+        share = two_sided_share(point.values(name), point.values(out_of))
+        yield facts(estimand, bound, {"of": of}, share, alone=EXACT, headline=True)
 
 
 EXPERIMENT = Experiment(

@@ -25,7 +25,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from importlib import resources
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from PIL import Image
@@ -42,6 +42,7 @@ from bench.runs import CaseExecutor, sources
 from lod.eye import SQUARE_WAVE_GAIN, Display, Eye, sensitivity
 from scenes.files import write_text
 from scenes.presets.load import Setting, load_preset
+from scenes.presets.schema import Preset
 from scenes.render.pictures import (
     NEARLY_LOSSLESS,
     auto_exposure,
@@ -50,6 +51,7 @@ from scenes.render.pictures import (
     to_srgb_8bit,
 )
 from scenes.render.render import build_frame, trace
+from scenes.render.variants import choose
 from scenes.scene import Scene
 from scenes.sticks.prototype import LUMINANCE
 
@@ -69,9 +71,17 @@ class Pictures:
     spp: int = 256
     frames: int = 24
 
+    def preset(self, condition: Condition, detail_px: float) -> Preset:
+        """Return the preset of a condition at a detail [px]."""
+        own = {"render.size": self.size, "render.spp": self.spp, "view.detail": detail_px}
+        own["camera.fps"] = float(plan.FPS)
+        laid = {**plan.PLACES[condition.place], **plan.WAYS[condition.way], **own}
+        sources = {"render.size": "--size", "render.spp": "--spp"}
+        settings = [Setting(sources.get(key, key), key, value) for key, value in laid.items()]
+        return load_preset(plan.SUBJECTS[condition.subject], settings)
 
-@dataclass(frozen=True)
-class Version:
+
+class Version(NamedTuple):
     """One picture or clip of a condition: its τ, and which samples it has."""
 
     name: str
@@ -80,56 +90,43 @@ class Version:
 
 
 REFERENCE = Version("reference", plan.REFERENCE_PX, 0)
-AGAIN = Version("again", plan.REFERENCE_PX, 1)
 VERSIONS = (
-    AGAIN,
+    Version("again", plan.REFERENCE_PX, 1),
     *(Version(f"level {k}", px, 2) for k, px in enumerate((*LEVELS_PX, plan.CATCH_PX))),
 )
 
 
-def make_condition(
-    condition: Condition, folder: Path, how: Pictures, variant: str
-) -> dict[str, Any]:
+def make_condition(condition: Condition, folder: Path, how: Pictures) -> dict[str, Any]:
     """Render what is left of a condition, and return its entry of the plan."""
     numbers = range(1, (how.frames if condition.moving else 1) + 1)
-    made_by = [asdict(condition), asdict(how), variant, sources()]
+    variant = choose()
+    made_by = [condition, asdict(how), variant, sources()]
     ends = ".webm" if condition.moving else ".png"
 
     def path(version: Version) -> Path:
-        return folder / PICTURES / f"{digest([asdict(version), *made_by])[:24]}{ends}"
+        return folder / PICTURES / f"{digest([version, *made_by])[:24]}{ends}"
 
-    def finished(version: Version) -> bool:
-        return path(version).exists() and path(version).with_suffix(".json").exists()
+    def said(version: Version) -> Path:
+        return path(version).with_suffix(".json")
 
-    left = [each for each in VERSIONS if not finished(each)]
+    left = [each for each in VERSIONS if not (path(each).exists() and said(each).exists())]
     if left or not path(REFERENCE).exists():
-        scene = Scene(_preset(condition, how, plan.REFERENCE_PX))
+        scene = Scene(how.preset(condition, plan.REFERENCE_PX))
         radiance = list(_radiance(scene, numbers, variant, REFERENCE))
         exposure = auto_exposure(radiance[0])
         whole = [to_srgb_8bit(each, exposure) for each in radiance]
-        _write(whole, path(REFERENCE))
+        write_clip(whole, path(REFERENCE))
         for version in left:
-            here = scene.with_preset(_preset(condition, how, version.detail_px))
+            here = scene.with_preset(how.preset(condition, version.detail_px))
             rendered = _radiance(here, numbers, variant, version)
             shown = [to_srgb_8bit(each, exposure) for each in rendered]
-            _write(shown, path(version))
-            write_text(path(version).with_suffix(".json"), json.dumps(look_at(shown, whole)))
-    said = [json.loads(path(each).with_suffix(".json").read_text("utf-8")) for each in VERSIONS]
-    again, *levels = (f"{PICTURES}/{path(each).name}" for each in VERSIONS)
-    return {
-        "name": condition.name,
-        "moving": condition.moving,
-        "reference": f"{PICTURES}/{path(REFERENCE).name}",
-        "again": again,
-        "levels": levels,
-        "models": without_grain(said[1:], said[0]),
-    }
-
-
-def _preset(condition: Condition, how: Pictures, detail_px: float) -> Any:
-    own = {"render.size": how.size, "render.spp": how.spp, "view.detail": detail_px}
-    laid = [Setting("observe make", key, value) for key, value in own.items()]
-    return load_preset(plan.SUBJECTS[condition.subject], [*condition.settings, *laid])
+            write_clip(shown, path(version))
+            write_text(said(version), json.dumps(look_at(shown, whole)))
+    grain, *levels = (json.loads(said(each).read_text("utf-8")) for each in VERSIONS)
+    reference, again, *files = (f"{PICTURES}/{path(v).name}" for v in (REFERENCE, *VERSIONS))
+    shown_at = {"reference": reference, "again": again, "levels": files}
+    about = {"name": condition.name, "moving": condition.moving}
+    return about | shown_at | {"models": without_grain(levels, grain)}
 
 
 def _radiance(
@@ -142,7 +139,8 @@ def _radiance(
         yield trace(build_frame(frame_input), own, number).rgb
 
 
-def _write(shown: Sequence[np.ndarray], path: Path) -> None:
+def write_clip(shown: Sequence[np.ndarray], path: Path) -> None:
+    """Write displayed pictures as a PNG or a film, as the path ends."""
     path.parent.mkdir(exist_ok=True)
     if path.suffix == ".png":
         save_picture(Image.fromarray(shown[0]), path)
@@ -197,61 +195,57 @@ def without_grain(levels: Sequence[Mapping[str, Any]], grain: Mapping[str, Any])
     return values | ({"jod": [each["jod"][0] for each in own]} if "jod" in grain else {})
 
 
+def plan_body(whole: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what of a plan the page shows, and its digest is of."""
+    return {key: v for key, v in whole.items() if key not in ("sha256", "models", "power")}
+
+
 def make(
     folder: Path,
     conditions: Sequence[Condition],
     how: Pictures,
-    variant: str,
     executor: CaseExecutor,
     progress: Progress,
     power: Sequence[Mapping[str, float]],
 ) -> dict[str, Any]:
     """Make an experiment in a folder: its pictures, its plan and its page; return the plan."""
     (folder / PICTURES).mkdir(exist_ok=True)
-    entries = []
-    made = executor(make_condition, [(each, folder, how, variant) for each in conditions])
+    made, entries = executor(make_condition, [(each, folder, how) for each in conditions]), []
     for number, condition in enumerate(conditions):
         progress(number, len(conditions), condition.name)
         entries.append(next(made))
     progress(len(conditions), len(conditions), "page")
-    width, height = (int(each) for each in how.size.split("x"))
-    body: dict[str, Any] = {
+    blocks = [block_of(k + 1, conditions) for k in range(OBSERVERS)]
+    whole: dict[str, Any] = {
         "format": FORMAT,
         "format_version": FORMAT_VERSION,
         "seed": 1,
-        "size": [width, height],
+        "size": [int(each) for each in how.size.split("x")],
         "spp": how.spp,
         "frames": how.frames,
         "fps": plan.FPS,
         "pixels_per_degree": plan.PIXELS_PER_DEGREE,
         "trials": plan.TRIALS,
         "catches": plan.CATCHES,
+        "block_trials": len(blocks[0]) * (plan.TRIALS + plan.CATCHES),
         "break_every": BREAK_EVERY,
         "staircase": asdict(STAIRCASE) | {"guess": GUESS},
-        "blocks": [block_of(k + 1, conditions) for k in range(OBSERVERS)],
-        "conditions": [{k: v for k, v in each.items() if k != "models"} for each in entries],
+        "models": {each["name"]: each.pop("models") for each in entries},
+        "power": power,
+        "blocks": blocks,
+        "conditions": entries,
     }
-    body["block_trials"] = len(body["blocks"][0]) * (plan.TRIALS + plan.CATCHES)
-    body["sha256"] = digest(body)
-    models_said = {each["name"]: each["models"] for each in entries}
-    whole = body | {"models": models_said, "power": list(power)}
+    whole["sha256"] = digest(plan_body(whole))
     write_text(folder / PLAN, json.dumps(whole, indent=1, ensure_ascii=False) + "\n")
-    write_text(folder / PAGE, page(body))
+    write_text(folder / PAGE, page({**plan_body(whole), "sha256": whole["sha256"]}))
     return whole
 
 
 def page(body: Mapping[str, Any]) -> str:
     """Return the page of a plan, with all that it runs inside it."""
     shelf = resources.files("bench.observers") / "page"
-    parts = {
-        "css": "page.css",
-        "jspsych": "jspsych/jspsych.js",
-        "quest": "quest.js",
-        "page": "page.js",
-    }
     text = (shelf / "page.html").read_text("utf-8")
-    for name, file in parts.items():
-        text = text.replace(f"/*{name}*/", (shelf / file).read_text("utf-8"))
-    licence = (shelf / "jspsych" / "LICENSE").read_text("utf-8")
+    for name in ("jspsych/LICENSE", "jspsych/jspsych.js", "page.css", "quest.js", "page.js"):
+        text = text.replace(f"/*{name}*/", (shelf / name).read_text("utf-8"))
     told = json.dumps(body, ensure_ascii=False).replace("<", "\\u003c")
-    return text.replace("/*licence*/", licence).replace("/*plan*/", told)
+    return text.replace("/*plan*/", told)

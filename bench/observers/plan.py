@@ -7,16 +7,13 @@ import hashlib
 import json
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import cache
 from itertools import permutations, product
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from bench.observers.psychometric import Staircase
-from lod.errors import InputError
-from scenes.presets.load import Setting
 
 LEVELS_PX = tuple(2.0 ** (k / 2) for k in range(-2, 9))
 """τ of the pruned pictures: ½ to 16 px, two levels an octave."""
@@ -42,6 +39,13 @@ STAIRCASE = Staircase(
 
 FITTED_LEVELS = (*STAIRCASE.levels, math.log10(CATCH_PX))
 
+
+def counts(level: np.ndarray, correct: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Count right answers and trials by level, (…, levels) each, of trials (…, trials)."""
+    at = level[..., None] == np.arange(len(FITTED_LEVELS))
+    return (at & correct[..., None]).sum(axis=-2), at.sum(axis=-2)
+
+
 SUBJECTS = {"people": "crowd", "trees": "forest", "ground": "badlands", "grass": "meadow"}
 """The preset of every subject."""
 
@@ -61,9 +65,8 @@ WAYS: Mapping[str, Mapping[str, Any]] = {
 FPS = 24
 
 
-@dataclass(frozen=True)
-class Condition:
-    """What is shown (people, trees, ground, grass), from where, and how it moves and changes."""
+class Condition(NamedTuple):
+    """What is shown, from where, and how it moves and changes: keys of the three tables."""
 
     subject: str
     place: str
@@ -79,28 +82,12 @@ class Condition:
         """Whether clips are shown, and not stills."""
         return self.way != "still"
 
-    @property
-    def settings(self) -> tuple[Setting, ...]:
-        """What is laid over the preset of its subject."""
-        laid = {**PLACES[self.place], **WAYS[self.way], "camera.fps": float(FPS)}
-        return tuple(Setting(self.name, key, value) for key, value in laid.items())
-
 
 CONDITIONS = tuple(Condition(*each) for each in product(SUBJECTS, PLACES, WAYS))
 """All 36, in order."""
 
-SMALL_SET = tuple(
-    Condition(*each)
-    for each in (
-        ("people", "near", "still"),
-        ("trees", "far", "still"),
-        ("ground", "near", "still"),
-        ("grass", "hazy", "still"),
-        ("people", "near", "walking, crossfade"),
-        ("people", "near", "walking, switch"),
-    )
-)
-"""One block, with which the program is tried."""
+SMALL_SET = tuple(CONDITIONS[k] for k in (0, 1, 2, 12, 18, 33))
+"""One block, with which the program is tried: people near in all ways, and other stills."""
 
 
 @cache
@@ -132,20 +119,16 @@ def _balanced(replicate: int) -> tuple[tuple[int, ...], ...]:
 def block_of(observer: int, conditions: Sequence[Condition]) -> tuple[int, ...]:
     """Return which of a set's conditions an observer sees, who is numbered from 1.
 
-    Of all 36 conditions every six observers see each once. Of a smaller set everyone sees the
-    next six in turn, or all where there are no more.
+    Of all 36 conditions every six observers see each once; of a small set everyone sees all.
     """
-    if tuple(conditions) == CONDITIONS:
-        return _balanced((observer - 1) // BLOCK)[(observer - 1) % BLOCK]
-    count = len(conditions)
-    return tuple(sorted({(BLOCK * (observer - 1) + k) % count for k in range(min(BLOCK, count))}))
+    if len(conditions) <= BLOCK:
+        return tuple(range(len(conditions)))
+    return _balanced((observer - 1) // BLOCK)[(observer - 1) % BLOCK]
 
 
-MOST_CATCHES_MISSED = 2
-SHORTEST_MEDIAN_MS = 300
-PIXELS_PER_DEGREE = 60.0
+MOST_CATCHES_MISSED, SHORTEST_MEDIAN_MS = 2, 300
+PIXELS_PER_DEGREE, MOST_OFF_DISTANCE = 60.0, 0.2
 """Where observers are asked to sit: so many pixels to a degree."""
-MOST_OFF_DISTANCE = 0.2
 
 EXCLUSIONS = (
     "the session was not finished",
@@ -154,15 +137,6 @@ EXCLUSIONS = (
     f"the screen was more than {MOST_OFF_DISTANCE:.0%} off {PIXELS_PER_DEGREE:g} pixels a degree",
 )
 """Why an observer's answers are not used, in the order in which it is asked. No other reason is."""
-
-
-def chosen_conditions(names: Sequence[str]) -> tuple[Condition, ...]:
-    """Return the conditions of these names, in the table's order. Raises InputError for others."""
-    known = {each.name: each for each in CONDITIONS}
-    if unknown := [name for name in names if name not in known]:
-        cure = f"try {next(iter(known))!r}; `lodbench observe make -h` names their parts"
-        raise InputError("--condition", unknown[0], "SUBJECT, PLACE, WAY of the table", cure)
-    return tuple(each for name, each in known.items() if name in names)
 
 
 def canonical(content: Any) -> str:

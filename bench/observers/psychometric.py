@@ -50,7 +50,7 @@ def chance_correct(
     return np.asarray(1 - lapse - (1 - GUESS - lapse) * np.exp(-(10.0 ** (beta * (x - alpha)))))
 
 
-def _grid(*axes: Sequence[float] | Reals) -> list[Reals]:
+def _grid(*axes: Sequence[float] | np.ndarray) -> list[np.ndarray]:
     return [each.ravel() for each in np.meshgrid(*axes, indexing="ij")]
 
 

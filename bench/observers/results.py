@@ -8,27 +8,21 @@ shows after the answers before it.
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, Field, ValidationError
 
 from bench.observers import plan as fixed
-from bench.observers.plan import EXCLUSIONS, FITTED_LEVELS, STAIRCASE, canonical, digest
+from bench.observers.plan import EXCLUSIONS, FITTED_LEVELS, STAIRCASE, canonical, counts, digest
 from lod.errors import InputError
 
 FORMAT, FORMAT_VERSION = "lodbench-observer", 1
 LARGEST_FILE = 4_000_000
 
 
-class _Table(BaseModel):
-    model_config = ConfigDict(strict=True, frozen=True, extra="ignore")
-
-
-class Trial(_Table):
+class Trial(BaseModel, strict=True):
     """One answer: what was shown, on which side the pruned picture was, and what was said."""
 
     condition: int = Field(ge=0)
@@ -39,13 +33,13 @@ class Trial(_Table):
     ms: int = Field(ge=0)
 
 
-class Screen(_Table):
+class Screen(BaseModel, strict=True):
     """What matters of the screen: pixels in a degree of sight, in thousandths."""
 
     millipixels_per_degree: int = 0
 
 
-class Session(_Table):
+class Session(BaseModel, strict=True):
     """The answers of one observer."""
 
     plan: str
@@ -55,19 +49,14 @@ class Session(_Table):
     screen: Screen
     trials: tuple[Trial, ...] = Field(strict=False)
 
-    @cached_property
-    def conditions(self) -> tuple[int, ...]:
-        """Numbers of the conditions that were shown, in order."""
-        return tuple(sorted({each.condition for each in self.trials}))
-
-    def counts(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return right answers and trials shown, (conditions, levels) each."""
-        right, shown = np.zeros((2, len(self.conditions), len(FITTED_LEVELS)), np.int64)
-        for each in self.trials:
-            at = self.conditions.index(each.condition), each.level
-            shown[at] += 1
-            right[at] += each.answer == each.side
-        return right, shown
+    def counts(self) -> dict[int, tuple[np.ndarray, np.ndarray]]:
+        """Return right answers and trials shown by level, (levels,) each, of every condition."""
+        found = {}
+        for number in sorted({each.condition for each in self.trials}):
+            mine = [each for each in self.trials if each.condition == number]
+            level, right = zip(*((t.level, t.answer == t.side) for t in mine), strict=True)
+            found[number] = counts(np.array(level), np.array(right))
+        return found
 
     def excluded(self, plan: Mapping[str, Any]) -> str:
         """Return the first of EXCLUSIONS that holds; an empty text where none does."""
@@ -82,22 +71,14 @@ class Session(_Table):
         return next((why for why, so in zip(EXCLUSIONS, holds, strict=True) if so), "")
 
 
-@dataclass(frozen=True)
-class Read:
-    """What was read of all files: sessions, and a line for each file that is none."""
-
-    sessions: tuple[Session, ...]
-    refused: tuple[str, ...]
-
-
 def result_text(content: Mapping[str, Any]) -> str:
     """Write a result file as the page does."""
     head = f'"format":"{FORMAT}","format_version":{FORMAT_VERSION},"sha256":"{digest(content)}"'
     return f'{{{head},\n"content":{canonical(content)}}}\n'
 
 
-def read_results(paths: Sequence[Path], plan: Mapping[str, Any]) -> Read:
-    """Read result files of a plan. A file that cannot be used is one line, and the rest is read."""
+def read_results(paths: Sequence[Path], plan: Mapping[str, Any]) -> tuple[list[Session], list[str]]:
+    """Read result files of a plan; also return a line for each file that cannot be used."""
     sessions: dict[int, tuple[Session, Path]] = {}
     refused = []
     for path in paths:
@@ -112,15 +93,15 @@ def read_results(paths: Sequence[Path], plan: Mapping[str, Any]) -> Read:
             sessions[session.observer] = session, path
         except InputError as error:
             refused.append(str(error))
-    return Read(tuple(session for session, _ in sessions.values()), tuple(refused))
+    return [session for session, _ in sessions.values()], refused
 
 
 def read_result(path: Path, plan: Mapping[str, Any]) -> Session:
     """Read one file. Raises InputError for one that is broken, foreign or edited."""
     try:
         with path.open("rb") as file:
-            text = file.read(LARGEST_FILE)
-        body = json.loads(text.decode("utf-8"))
+            body = json.loads(file.read(LARGEST_FILE).decode("utf-8"))
+        whole = isinstance(body, dict) and body.get("sha256") == digest(body.get("content"))
     except (OSError, ValueError, RecursionError) as error:
         rule = f"a readable JSON file ({type(error).__name__})"
         raise InputError("FILES", str(path), rule, "save it again from the page") from None
@@ -129,12 +110,11 @@ def read_result(path: Path, plan: Mapping[str, Any]) -> Session:
     if body.get("format_version") != FORMAT_VERSION:
         rule = f"format version {FORMAT_VERSION}"
         raise InputError(str(path), body.get("format_version"), rule, "use lodbench of its day")
-    content = body.get("content")
-    if body.get("sha256") != digest(content):
+    if not whole:
         rule = "its content has the SHA-256 it names: it was edited or damaged"
         raise InputError("FILES", str(path), rule, "take the file that the page saved")
     try:
-        session = Session.model_validate(content)
+        session = Session.model_validate(body["content"])
     except ValidationError as error:
         first = error.errors()[0]
         key = ".".join(map(str, first["loc"]))

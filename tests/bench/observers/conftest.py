@@ -10,13 +10,13 @@ from scenes.render.pictures import ffmpeg_path
 SIZE = 96, 64
 
 
-def grey_condition(condition, folder, how, variant):
+def grey_condition(condition, folder, how):
     """An entry of the plan whose pictures are grey, and darker where more is pruned."""
     ends = ".webm" if condition.moving else ".png"
 
     def written(name, shade):
         path = folder / make.PICTURES / f"{condition.name.replace(', ', '-')}-{name}{ends}"
-        make._write([np.full((SIZE[1], SIZE[0], 3), shade, np.uint8)] * 3, path)
+        make.write_clip([np.full((SIZE[1], SIZE[0], 3), shade, np.uint8)] * 3, path)
         return f"{make.PICTURES}/{path.name}"
 
     levels = [written(f"level-{k}", 150 - 10 * k) for k in range(len(FITTED_LEVELS))]
@@ -35,7 +35,7 @@ def experiment(tmp_path_factory):
     folder = tmp_path_factory.mktemp("experiment")
     how = make.Pictures("x".join(map(str, SIZE)), 1, 3)
     fake = lambda _, cases: (grey_condition(*case) for case in cases)  # noqa: E731
-    make.make(folder, SMALL_SET, how, "any", fake, lambda *_: None, [])
+    make.make(folder, SMALL_SET, how, fake, lambda *_: None, [])
     return folder
 
 
