@@ -35,9 +35,10 @@ from bench.images.differences import mean_flip
 from bench.methods.environments import VIDEO
 from bench.methods.video import just_objectionable_differences
 from bench.observers import plan
-from bench.observers.plan import LEVELS_PX, STAIRCASE, Condition, block_of, digest
+from bench.observers.plan import LEVELS_PX, STAIRCASE, Condition, block_of
 from bench.observers.psychometric import GUESS
 from bench.observers.results import FORMAT, FORMAT_VERSION
+from bench.records.records import content_sha256
 from bench.runs import CaseExecutor, sources
 from lod.eye import SQUARE_WAVE_GAIN, Display, Eye, sensitivity
 from scenes.files import write_text
@@ -76,8 +77,8 @@ class Pictures:
         own = {"render.size": self.size, "render.spp": self.spp, "view.detail": detail_px}
         own["camera.fps"] = float(plan.FPS)
         laid = {**plan.PLACES[condition.place], **plan.WAYS[condition.way], **own}
-        sources = {"render.size": "--size", "render.spp": "--spp"}
-        settings = [Setting(sources.get(key, key), key, value) for key, value in laid.items()]
+        flags = {"render.size": "--size", "render.spp": "--spp"}
+        settings = [Setting(flags.get(key, key), key, value) for key, value in laid.items()]
         return load_preset(plan.SUBJECTS[condition.subject], settings)
 
 
@@ -104,7 +105,7 @@ def make_condition(condition: Condition, folder: Path, how: Pictures) -> dict[st
     ends = ".webm" if condition.moving else ".png"
 
     def path(version: Version) -> Path:
-        return folder / PICTURES / f"{digest([version, *made_by])[:24]}{ends}"
+        return folder / PICTURES / f"{content_sha256([version, *made_by])[:24]}{ends}"
 
     def said(version: Version) -> Path:
         return path(version).with_suffix(".json")
@@ -192,7 +193,8 @@ def without_grain(levels: Sequence[Mapping[str, Any]], grain: Mapping[str, Any])
         "flip": [each["flip"][0] - grain["flip"][0] for each in own],
         "barten": [math.sqrt(max(one**2 - other**2, 0.0)) for one, other in pairs],
     }
-    return values | ({"jod": [each["jod"][0] for each in own]} if "jod" in grain else {})
+    jod = [each["jod"][0] for each in own if "jod" in each]
+    return values | ({"jod": jod} if len(jod) == len(own) else {})
 
 
 def plan_body(whole: Mapping[str, Any]) -> dict[str, Any]:
@@ -235,7 +237,7 @@ def make(
         "blocks": blocks,
         "conditions": entries,
     }
-    whole["sha256"] = digest(plan_body(whole))
+    whole["sha256"] = content_sha256(plan_body(whole))
     write_text(folder / PLAN, json.dumps(whole, indent=1, ensure_ascii=False) + "\n")
     write_text(folder / PAGE, page({**plan_body(whole), "sha256": whole["sha256"]}))
     return whole

@@ -3,8 +3,6 @@
 All that is fixed before anyone is asked stands here, and in no other file.
 """
 
-import hashlib
-import json
 import math
 from collections.abc import Mapping, Sequence
 from functools import cache
@@ -137,13 +135,3 @@ EXCLUSIONS = (
     f"the screen was more than {MOST_OFF_DISTANCE:.0%} off {PIXELS_PER_DEGREE:g} pixels a degree",
 )
 """Why an observer's answers are not used, in the order in which it is asked. No other reason is."""
-
-
-def canonical(content: Any) -> str:
-    """Write data as canonical JSON, as the page does: sorted keys, no blanks, whole numbers."""
-    return json.dumps(content, sort_keys=True, separators=(",", ":"), ensure_ascii=False)
-
-
-def digest(content: Any) -> str:
-    """Return the SHA-256 of data as canonical JSON."""
-    return hashlib.sha256(canonical(content).encode()).hexdigest()

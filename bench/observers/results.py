@@ -15,7 +15,8 @@ import numpy as np
 from pydantic import BaseModel, Field, ValidationError
 
 from bench.observers import plan as fixed
-from bench.observers.plan import EXCLUSIONS, FITTED_LEVELS, STAIRCASE, canonical, counts, digest
+from bench.observers.plan import EXCLUSIONS, FITTED_LEVELS, STAIRCASE, counts
+from bench.records.records import content_sha256
 from lod.errors import InputError
 
 FORMAT, FORMAT_VERSION = "lodbench-observer", 1
@@ -73,8 +74,8 @@ class Session(BaseModel, strict=True):
 
 def result_text(content: Mapping[str, Any]) -> str:
     """Write a result file as the page does."""
-    head = f'"format":"{FORMAT}","format_version":{FORMAT_VERSION},"sha256":"{digest(content)}"'
-    return f'{{{head},\n"content":{canonical(content)}}}\n'
+    head = {"format": FORMAT, "format_version": FORMAT_VERSION}
+    return json.dumps({**head, "sha256": content_sha256(content), "content": content}) + "\n"
 
 
 def read_results(paths: Sequence[Path], plan: Mapping[str, Any]) -> tuple[list[Session], list[str]]:
@@ -101,7 +102,7 @@ def read_result(path: Path, plan: Mapping[str, Any]) -> Session:
     try:
         with path.open("rb") as file:
             body = json.loads(file.read(LARGEST_FILE).decode("utf-8"))
-        whole = isinstance(body, dict) and body.get("sha256") == digest(body.get("content"))
+        whole = isinstance(body, dict) and body.get("sha256") == content_sha256(body.get("content"))
     except (OSError, ValueError, RecursionError) as error:
         rule = f"a readable JSON file ({type(error).__name__})"
         raise InputError("FILES", str(path), rule, "save it again from the page") from None

@@ -198,12 +198,12 @@ class Record:
     @cached_property
     def sha256(self) -> str:
         """The SHA-256 of the whole content."""
-        return _hash(self.content)
+        return content_sha256(self.content)
 
     @cached_property
     def samples_sha256(self) -> str:
         """The SHA-256 of cases, predictions and counts: one seed gives one, whoever runs it."""
-        return _hash(self.content["points"])
+        return content_sha256(self.content["points"])
 
     @property
     def name(self) -> str:
@@ -247,7 +247,7 @@ def read_record(path: Path) -> Record:
         rule = f"format version {FORMAT_VERSION}"
         raise InputError(f"record {path}", arrived, rule, "run it again")
     try:
-        sha256 = _hash(body.get("content"))
+        sha256 = content_sha256(body.get("content"))
     except ValueError as error:
         raise refused(f"finite numbers alone ({error})") from None
     if body.get("sha256") != sha256 or sha256[:_IN_NAME] not in Path(path).name:
@@ -277,7 +277,11 @@ def _record(content: dict[str, Any]) -> Record:
     return Record(**data)
 
 
-def _hash(content: Any) -> str:
+def content_sha256(content: Any) -> str:
+    """Return the SHA-256 of plain data as canonical JSON: sorted keys, no blanks.
+
+    Raises ValueError for numbers that are not finite.
+    """
     canonical = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
     return hashlib.sha256(canonical.encode()).hexdigest()
 

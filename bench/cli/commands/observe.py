@@ -23,12 +23,12 @@ def command() -> None:
 def plan_of(folder: str) -> dict[str, Any]:
     """Read the plan of an experiment's folder. Raises InputError for what is none."""
     from bench.observers.make import PLAN, plan_body
-    from bench.observers.plan import digest
+    from bench.records.records import content_sha256
 
     path, cure = Path(folder) / PLAN, f"make one with `lodbench observe make {folder}`"
     try:
         plan: dict[str, Any] = json.loads(path.read_text("utf-8"))
-        whole = plan["sha256"] == digest(plan_body(plan))
+        whole = plan["sha256"] == content_sha256(plan_body(plan))
     except (OSError, ValueError, TypeError, KeyError, AttributeError):
         raise InputError("DIR", folder, "the folder of an experiment", cure) from None
     if not whole:

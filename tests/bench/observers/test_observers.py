@@ -162,10 +162,10 @@ def test_bad_files_are_a_line_each_and_good_ones_are_read(plan, tmp_path):
         "broken": text[0][:-100],
         "no-json": "\x00\xff",
         "a-list": "[]",
-        "edited": text[0].replace('"answer":0', '"answer":1', 1),
+        "edited": text[0].replace('"answer": 0', '"answer": 1', 1),
         "doubled": text[0],
         "foreign": result_text({**json.loads(text[0])["content"], "plan": "0" * 64}),
-        "newer": text[0].replace('"format_version":1', '"format_version":2'),
+        "newer": text[0].replace('"format_version": 1', '"format_version": 2'),
         "lacking": result_text({"plan": plan["sha256"]}),
         "off-protocol": result_text(changed),
     }
