@@ -25,7 +25,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from importlib import resources
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from PIL import Image
@@ -82,18 +82,13 @@ class Pictures:
         return load_preset(plan.SUBJECTS[condition.subject], settings)
 
 
-class Version(NamedTuple):
-    """One picture or clip of a condition: its τ, and which samples it has."""
+Version = tuple[float, int]
+"""One picture or clip of a condition: its τ [px], and which samples it has."""
 
-    name: str
-    detail_px: float
-    samples: int
-
-
-REFERENCE = Version("reference", plan.REFERENCE_PX, 0)
-VERSIONS = (
-    Version("again", plan.REFERENCE_PX, 1),
-    *(Version(f"level {k}", px, 2) for k, px in enumerate((*LEVELS_PX, plan.CATCH_PX))),
+REFERENCE: Version = (plan.REFERENCE_PX, 0)
+VERSIONS: tuple[Version, ...] = (
+    (plan.REFERENCE_PX, 1),
+    *((px, 2) for px in (*LEVELS_PX, plan.CATCH_PX)),
 )
 
 
@@ -118,7 +113,7 @@ def make_condition(condition: Condition, folder: Path, how: Pictures) -> dict[st
         whole = [to_srgb_8bit(each, exposure) for each in radiance]
         write_clip(whole, path(REFERENCE))
         for version in left:
-            here = scene.with_preset(how.preset(condition, version.detail_px))
+            here = scene.with_preset(how.preset(condition, version[0]))
             rendered = _radiance(here, numbers, variant, version)
             shown = [to_srgb_8bit(each, exposure) for each in rendered]
             write_clip(shown, path(version))
@@ -136,7 +131,7 @@ def _radiance(
     for number in numbers:
         frame_input = scene.input(number, variant)
         quality = frame_input.quality
-        own = replace(quality, seed=quality.seed + 1000 * version.samples)
+        own = replace(quality, seed=quality.seed + 1000 * version[1])
         yield trace(build_frame(frame_input), own, number).rgb
 
 

@@ -124,7 +124,7 @@ def block_of(observer: int, conditions: Sequence[Condition]) -> tuple[int, ...]:
     return _balanced((observer - 1) // BLOCK)[(observer - 1) % BLOCK]
 
 
-MOST_CATCHES_MISSED, SHORTEST_MEDIAN_MS = 2, 300
+MOST_CATCHES_MISSED, SHORTEST_MEDIAN_MS = 3, 300
 PIXELS_PER_DEGREE, MOST_OFF_DISTANCE = 60.0, 0.2
 """Where observers are asked to sit: so many pixels to a degree."""
 

@@ -80,14 +80,10 @@ class Staircase:
         size = self._tables[0].shape[1]
         return np.full((count, size), 1 / size)
 
-    def entropy(self, posterior: Float64[np.ndarray, "n k"]) -> Float64[np.ndarray, "n m"]:
-        """Return the expected entropy after each level, up to a constant of every staircase."""
-        p, information = self._tables
-        return np.asarray(_information(posterior @ p.T) - posterior @ information.T)
-
     def next_level(self, posterior: Float64[np.ndarray, "n k"]) -> Ints:
         """Return the number of the level that every staircase shows next, (n,)."""
-        return np.argmin(self.entropy(posterior), axis=1)
+        p, information = self._tables
+        return np.argmin(_information(posterior @ p.T) - posterior @ information.T, axis=1)
 
     def updated(
         self, posterior: Float64[np.ndarray, "n k"], level: Ints, correct: Bool[np.ndarray, " n"]
@@ -125,9 +121,6 @@ class Fits:
     middle: float
 
 
-_BATCH = 256
-
-
 def fit(
     levels: Sequence[float], right: Int64[np.ndarray, "n m"], shown: Int64[np.ndarray, "n m"]
 ) -> Fits:
@@ -138,22 +131,18 @@ def fit(
     """
     x = np.asarray(levels, np.float64)
     middle = (x[0] + x[-2]) / 2
-    t = middle + THRESHOLD_DEVIATION * np.linspace(-3, 3, 161)
-    log_slope = math.log(SLOPE_PRIOR[0]) + SLOPE_PRIOR[1] * np.linspace(-2.5, 2.5, 11)
+    t = middle + THRESHOLD_DEVIATION * np.linspace(-3, 3, 121)
+    log_slope = math.log(SLOPE_PRIOR[0]) + SLOPE_PRIOR[1] * np.linspace(-2.5, 2.5, 9)
     # In the middle of bins of equal prior probability.
-    lapse = stats.beta.ppf((np.arange(8) + 0.5) / 8, 1, LAPSE_BETA)
+    lapse = stats.beta.ppf((np.arange(6) + 0.5) / 6, 1, LAPSE_BETA)
     at, slope, lapses = _grid(t, np.exp(log_slope), lapse)
     log_prior = stats.norm.logpdf(at, middle, THRESHOLD_DEVIATION)
     log_prior += stats.norm.logpdf(np.log(slope), math.log(SLOPE_PRIOR[0]), SLOPE_PRIOR[1])
     p = chance_correct(x[:, None], at - AT_75 / slope, slope, lapses)
     log_p, log_q = np.log(p), np.log(np.maximum(1 - p, 1e-12))
-    rows = []
-    for first in range(0, len(right), _BATCH):
-        k, n = right[first : first + _BATCH], shown[first : first + _BATCH]
-        log_posterior = log_prior + k @ log_p + (n - k) @ log_q
-        mass = np.exp(log_posterior - log_posterior.max(axis=1, keepdims=True))
-        rows.append(mass.reshape(len(k), len(t), -1).sum(axis=2))
-    mass = np.concatenate(rows)
+    log_posterior = log_prior + right @ log_p + (shown - right) @ log_q
+    mass = np.exp(log_posterior - log_posterior.max(axis=1, keepdims=True))
+    mass = mass.reshape(len(right), len(t), -1).sum(axis=2)
     mass /= mass.sum(axis=1, keepdims=True)
     mean = mass @ t
     deviation = np.sqrt(np.sum(mass * (t - mean[:, None]) ** 2, axis=1))
@@ -163,22 +152,12 @@ def fit(
     return Fits(value, deviation, low, high, float(middle))
 
 
-@dataclass(frozen=True)
-class Joined:
-    """Log₁₀ τ₇₅ of every condition over all observers, and deviations between them.
-
-    observers   of b_i: how much observers differ in all conditions alike
-    conditions  of e_ij beyond its own error: how much one differs from condition to condition
-    """
-
-    thresholds: tuple[Estimate, ...]
-    observers: float
-    conditions: float
-
-
-def join(found: Fits, observer: Ints, condition: Ints) -> Joined:
+def join(
+    found: Fits, observer: Ints, condition: Ints
+) -> tuple[tuple[Estimate, ...], tuple[float, float]]:
     """Fit the mixed model to fits, (n,), of observers and conditions, which count from 0.
 
+    Returns log₁₀ τ₇₅ of every condition, and the deviations of b_i and of e_ij beyond its own.
     Raises InputError for a condition of fewer than two observers.
     """
     n_conditions, n_observers = int(condition.max()) + 1, int(observer.max()) + 1
@@ -207,14 +186,11 @@ def join(found: Fits, observer: Ints, condition: Ints) -> Joined:
         loss = (log_det + np.linalg.slogdet(information)[1] + square) / 2
         return float(loss), mean, information
 
-    start = np.array([0.1, 0.1])
-    best = optimize.minimize(
-        lambda theta: solved(theta)[0], start, bounds=[(0, 2)] * 2, method="L-BFGS-B"
-    )
+    best = optimize.minimize(lambda theta: solved(theta)[0], [0.1, 0.1], bounds=[(0, 2)] * 2)
     _, mean, information = solved(best.x)
     errors = np.sqrt(np.diag(np.linalg.inv(information)))
     made = tuple(
         student_interval(float(m), float(e), int(n) - 1, int(n))
         for m, e, n in zip(mean, errors, replicates, strict=True)
     )
-    return Joined(made, float(best.x[0]), float(best.x[1]))
+    return made, (float(best.x[0]), float(best.x[1]))

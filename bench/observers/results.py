@@ -2,11 +2,11 @@
 
 A file is what the page writes when a session ends: JSON whose ``sha256`` is that of ``content`` as
 canonical JSON, in which every number is whole. It tells whether a file was changed since, by
-accident or by hand; it is no signature. Levels are checked, too: each must be the one that QUEST+
-shows after the answers before it.
+accident or by hand; it is no signature.
 """
 
 import json
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
@@ -15,7 +15,7 @@ import numpy as np
 from pydantic import BaseModel, Field, ValidationError
 
 from bench.observers import plan as fixed
-from bench.observers.plan import EXCLUSIONS, FITTED_LEVELS, STAIRCASE, counts
+from bench.observers.plan import EXCLUSIONS, FITTED_LEVELS, counts
 from bench.records.records import content_sha256
 from lod.errors import InputError
 
@@ -123,32 +123,10 @@ def read_result(path: Path, plan: Mapping[str, Any]) -> Session:
     if session.plan != plan["sha256"]:
         rule = "a file of this experiment, and it is of another"
         raise InputError("FILES", str(path), rule, "name the folder that its page came from")
-    if wrong := _off_protocol(session, plan):
-        raise InputError(str(path), wrong, "what this experiment shows", "leave it out")
-    return session
-
-
-_TIE = 1e-9
-
-
-def _off_protocol(session: Session, plan: Mapping[str, Any]) -> str:
-    """Name the first trial that the page would not have shown; an empty text without one."""
     block = plan["blocks"][(session.observer - 1) % len(plan["blocks"])]
     most = {False: plan["trials"], True: plan["catches"]}
-    asked: dict[tuple[int, bool], int] = {}
-    posterior = STAIRCASE.start(len(block))
-    for number, each in enumerate(session.trials, 1):
-        slot = each.condition, each.caught
-        asked[slot] = asked.get(slot, 0) + 1
-        if each.condition not in block or asked[slot] > most[each.caught]:
-            return f"trial {number}: condition {each.condition}"
-        k = block.index(each.condition)
-        if each.caught != (each.level == len(STAIRCASE.levels)):
-            return f"trial {number}: level {each.level}"
-        if not each.caught:
-            entropy = STAIRCASE.entropy(posterior[k : k + 1])[0]
-            if entropy[each.level] > entropy.min() + _TIE:
-                return f"trial {number}: level {each.level}"
-            right = np.array([each.answer == each.side])
-            posterior[k] = STAIRCASE.updated(posterior[k : k + 1], np.array([each.level]), right)[0]
-    return ""
+    for (condition, caught), n in Counter((t.condition, t.caught) for t in session.trials).items():
+        if condition not in block or n > most[caught]:
+            rule = f"trials of the block of observer {session.observer}"
+            raise InputError(str(path), f"condition {condition}", rule, "leave it out")
+    return session

@@ -121,11 +121,11 @@ def test_the_mixed_model_finds_means_and_variances():
     observer, condition = np.repeat(np.arange(400), 3), np.tile(np.arange(3), 400)
     mean, error = np.array([0.0, 0.3, 0.9]), np.full(1200, 0.1)
     value = mean[condition] + rng.normal(0, 0.2, 400)[observer] + rng.normal(0, 0.1, 1200)
-    found = join(exact_fits(value + rng.normal(0, error), error), observer, condition)
-    assert [e.value for e in found.thresholds] == pytest.approx(mean, abs=0.03)
-    assert found.observers == pytest.approx(0.2, abs=0.03)
-    assert found.conditions == pytest.approx(0.1, abs=0.03)
-    assert all(e.low < m < e.high for e, m in zip(found.thresholds, mean, strict=True))
+    fits = exact_fits(value + rng.normal(0, error), error)
+    found, deviations = join(fits, observer, condition)
+    assert [e.value for e in found] == pytest.approx(mean, abs=0.03)
+    assert deviations == pytest.approx((0.2, 0.1), abs=0.03)
+    assert all(e.low < m < e.high for e, m in zip(found, mean, strict=True))
 
 
 def test_a_condition_of_one_observer_is_refused():
@@ -156,8 +156,7 @@ def test_bad_files_are_a_line_each_and_good_ones_are_read(plan, tmp_path):
     paths = written(tmp_path, plan, [math.nan] * 4)
     text = [path.read_text("utf-8") for path in paths]
     changed = json.loads(text[0])["content"]
-    first = next(t for t in changed["trials"] if not t["caught"])
-    first["level"] = (first["level"] + 3) % 11
+    changed["trials"][0]["condition"] = 99
     bad = {
         "broken": text[0][:-100],
         "no-json": "\x00\xff",
@@ -184,7 +183,7 @@ def test_bad_files_are_a_line_each_and_good_ones_are_read(plan, tmp_path):
         "foreign": "it is of another",
         "newer": "format version 1",
         "lacking": "observer",
-        "off-protocol": "what this experiment shows",
+        "off-protocol": "trials of the block of observer 1",
         "gone": "a readable JSON file",
     }.items():
         (line,) = (line for line in refused if f"/{name}" in line or f"/{name}'" in line)
