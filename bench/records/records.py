@@ -198,12 +198,12 @@ class Record:
     @cached_property
     def sha256(self) -> str:
         """The SHA-256 of the whole content."""
-        return _hash(self.content)
+        return content_sha256(self.content)
 
     @cached_property
     def samples_sha256(self) -> str:
         """The SHA-256 of cases, predictions and counts: one seed gives one, whoever runs it."""
-        return _hash(self.content["points"])
+        return content_sha256(self.content["points"])
 
     @property
     def name(self) -> str:
@@ -295,7 +295,11 @@ def _canonical(content: Any) -> str:
     return json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
 
 
-def _hash(content: Any) -> str:
+def content_sha256(content: Any) -> str:
+    """Return the SHA-256 of plain data as canonical JSON: sorted keys, no blanks.
+
+    Raises ValueError for numbers that are not finite.
+    """
     return hashlib.sha256(_canonical(content).encode()).hexdigest()
 
 

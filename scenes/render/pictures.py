@@ -251,8 +251,7 @@ def write_movie(
 
     The file is whole or not there at all. Raises OSError with ffmpeg's last words where it fails.
     """
-    ffmpeg = ffmpeg_path()
-    if ffmpeg is None:
+    if ffmpeg_path() is None:
         return None
     if not paths:
         raise InputError("movie", [], "at least one frame")
@@ -261,13 +260,29 @@ def write_movie(
         np.pad(each, ((0, each.shape[0] % 2), (0, each.shape[1] % 2), (0, 0)), mode="edge")
         for each in _pictures(paths, look)
     )
+    coded = "-c:v libx264 -pix_fmt yuv420p -movflags +faststart -f mp4"
+    return encode_movie(pictures, out_mp4, fps, coded)
+
+
+NEARLY_LOSSLESS = (
+    "-vf scale=out_color_matrix=bt709 -colorspace bt709 -c:v libvpx-vp9 -pix_fmt yuv444p"
+    " -crf 8 -b:v 0 -deadline good -cpu-used 4 -f webm"
+)
+"""How ffmpeg writes a WebM of full colour that eyes do not tell from its pictures."""
+
+
+def encode_movie(pictures: Iterator[np.ndarray], path: str | Path, fps: float, coded: str) -> Path:
+    """Write pictures (h, w, 3), uint8, as a film, coded as these words of ffmpeg's say.
+
+    Raises InputError where there is no ffmpeg, and OSError with its last words where it fails.
+    """
     first = next(pictures)
     size = f"{first.shape[1]}x{first.shape[0]}"
     source = f"-f rawvideo -pix_fmt rgb24 -s {size} -r {fps:g} -i -"
-    coded = "-c:v libx264 -pix_fmt yuv420p -movflags +faststart -f mp4"
     about = "-metadata comment=lodbench"
     arguments = f"-hide_banner -loglevel error -y {source} {about} {coded}".split()
-    with whole_file(out_mp4, overwrite=True) as target, tempfile.TemporaryFile() as words:
+    ffmpeg = needed_ffmpeg()
+    with whole_file(path, overwrite=True) as target, tempfile.TemporaryFile() as words:
         command = [ffmpeg, *arguments, str(target)]
         process = subprocess.Popen(command, stdin=subprocess.PIPE, stderr=words)
         # Picture by picture, so that a long sequence needs no more memory than a short one.
@@ -278,7 +293,7 @@ def write_movie(
         said = words.read().decode(errors="replace").strip().splitlines()
         if process.returncode:
             raise OSError(errno.EIO, f"ffmpeg: {said[-1] if said else process.returncode}")
-    return Path(out_mp4)
+    return Path(path)
 
 
 def ffmpeg_path() -> str | None:
@@ -289,6 +304,13 @@ def ffmpeg_path() -> str | None:
         return str(imageio_ffmpeg.get_ffmpeg_exe())
     except (ImportError, RuntimeError):  # not installed, or without a binary for this machine
         return shutil.which("ffmpeg")
+
+
+def needed_ffmpeg() -> str:
+    """Return the path of ffmpeg, or raise InputError where there is none."""
+    if path := ffmpeg_path():
+        return path
+    raise InputError("ffmpeg", "none", "clips need one", "pip install 'lodbench[preview]'")
 
 
 def check_denoiser() -> None:

@@ -140,7 +140,7 @@ def is_one_line(code: int, err: str) -> None:
 def test_tables_in_tables_in_tables_are_refused(depth: int, table: str, tmp_path: Path) -> None:
     path = tmp_path / "deep.toml"
     path.write_text(table.format(".".join("a" * depth)) + "\n")
-    code, out, err = said(capfd, "count", path)
+    code, out, err = run("count", str(path))
     assert (code, out) == (2, "")
     is_one_line(code, err)
 

@@ -27,7 +27,7 @@ from bench.cli.flags import FLAG_KEYS, frame_numbers, memory_limit_bytes, preset
 from bench.cli.main import _verdict as main_verdict
 from bench.cli.main import main, program
 from bench.records.provenance import provenance
-from bench.records.records import FORMAT, FORMAT_VERSION, _hash, read_record
+from bench.records.records import FORMAT, FORMAT_VERSION, content_sha256, read_record
 from lod.errors import InputError
 from lod.metric import Metric
 from scenes import plugins as entry_points
@@ -200,7 +200,7 @@ def test_records(data: st.DataObject) -> None:
         folder = Path(text)
         content = changed(RECORD, data.draw)
         try:
-            seal = _hash(json.loads(json.dumps(content)))
+            seal = content_sha256(json.loads(json.dumps(content)))
         except ValueError:  # a number that is not finite, which JSON has not
             seal = "0" * 64
         body = {"format": FORMAT, "format_version": FORMAT_VERSION, "sha256": seal}

@@ -1,0 +1,252 @@
+"""At which τ do people see what was left out? Answers of people, and the proof on simulated ones.
+
+``answers`` holds what people answered; its records are written by ``lodbench observe fit``, for no
+program can measure it. ``simulated`` sends observers of a stated model through the same protocol
+and the same fit: thresholds must come out without bias, intervals must cover, and whoever guesses
+must be excluded by the rules.
+"""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from datetime import UTC, datetime
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from bench.experiment import Case, Experiment, Table, Topic
+from bench.images.equal_error import EQUAL_ERROR
+from bench.observers.plan import (
+    BLOCK,
+    CATCHES,
+    FITTED_LEVELS,
+    LEVELS_PX,
+    MOST_CATCHES_MISSED,
+    WAYS,
+)
+from bench.observers.psychometric import Fits, fit, join
+from bench.observers.results import Session
+from bench.observers.simulate import ObserverModel, ask
+from bench.plots import Curve, Panel, Plot, estimated, figure
+from bench.records.claims import EXACT, Claim, at_least, at_most, claim, within
+from bench.records.provenance import provenance
+from bench.records.records import Point, Prediction, Record, columns
+from bench.seeds import first_seed
+from bench.statistics.estimates import Estimate, two_sided_mean, two_sided_share
+from lod.errors import InputError
+
+SHIPPED_PX = 1.0
+"""τ of the presets as they are shipped."""
+
+MODELS = {
+    "barten": ("Barten's eye", 1.0, 1),
+    "flip": (f"FLIP {EQUAL_ERROR}", EQUAL_ERROR, 1),
+    "jod": ("ColorVideoVDP, 1 JOD", 9.0, -1),
+}
+"""The name of each model, its value at its threshold, and whether it grows or falls with τ."""
+
+
+def no_cases() -> Sequence[Case]:
+    """Refuse to measure answers of people."""
+    cure = "see `lodbench observe fit -h`"
+    raise InputError("EXPERIMENT", "answers", "answers come from people", cure)
+
+
+def answers_record(
+    sessions: Sequence[Session], plan: Mapping[str, Any], notes: Mapping[str, Any]
+) -> Record:
+    """Make the record of sessions that are used.
+
+    Raises InputError where no condition has two observers.
+    """
+    points, seen = [], [each.counts() for each in sessions]
+    for number, condition in enumerate(plan["conditions"]):
+        mine = [k for k, each in enumerate(seen) if number in each]
+        if len(mine) < 2:
+            continue
+        right, shown = (np.array([seen[k][number][n] for k in mine]).T.tolist() for n in (0, 1))
+        samples = [*columns({"observer": [sessions[k].observer for k in mine]})]
+        for level in range(len(FITTED_LEVELS)):
+            samples += columns({"right": right[level], "shown": shown[level]}, level=level)
+        said = thresholds(plan["models"][condition["name"]]).items()
+        predicted = tuple(Prediction("tau75", px, {"model": model}) for model, px in said)
+        case = {"topic": "answers", "condition": condition["name"]}
+        points.append(Point(case, predicted, tuple(samples)))
+    if not points:
+        rule = "2 observers of one condition, or more, who are not excluded"
+        raise InputError("FILES", f"{len(sessions)} observers", rule, "ask more people")
+    return Record(
+        experiment=EXPERIMENT.name,
+        version=EXPERIMENT.version,
+        quick=False,
+        made=datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ"),
+        provenance=provenance(plan["sha256"], plan["seed"]),
+        points=tuple(points),
+        claims=EXPERIMENT.judged(points),
+        notes={"plan": plan["sha256"], "observers": len(sessions), **notes},
+    )
+
+
+def thresholds(said: Mapping[str, Sequence[float]]) -> dict[str, float]:
+    """Return τ [px] at which each model's values cross its criterion, where they do.
+
+    ``said`` has the values of all levels. Between two the value is read along the straight line
+    over log τ.
+    """
+    found = {}
+    for model, row in said.items():
+        _, criterion, sign = MODELS[model]
+        above = [sign * (value - criterion) for value in row[: len(LEVELS_PX)]]
+        first = next((k for k, value in enumerate(above) if value >= 0), 0)
+        if first:
+            share = above[first - 1] / (above[first - 1] - above[first])
+            found[model] = LEVELS_PX[first - 1] * 2 ** (share / 2)
+    return found
+
+
+def fitted(points: Sequence[Point]) -> tuple[Fits, np.ndarray, np.ndarray]:
+    """Fit every observer in every condition; also return who and which condition, (n,) each."""
+    levels = range(len(FITTED_LEVELS))
+    right, shown = (
+        np.concatenate([np.array([p.column(q, level=k) for k in levels]).T for p in points])
+        for q in ("right", "shown")
+    )
+    who = np.concatenate([p.column("observer") for p in points])
+    which = np.repeat(np.arange(len(points)), [len(p.column("observer")) for p in points])
+    return fit(FITTED_LEVELS, right, shown), np.unique(who, return_inverse=True)[1], which
+
+
+def joined(points: Sequence[Point]) -> list[Estimate]:
+    """Estimate τ₇₅ [px] of every condition over observers."""
+    return [_of_log(each) for each in join(*fitted(points))[0]]
+
+
+def _of_log(e: Estimate) -> Estimate:
+    value, low, high = (10**each for each in (e.value, e.low, e.high))
+    return Estimate(value, low, high, math.log(10) * value * e.standard_error, 1.0, e.rows)
+
+
+def answer_claims(points: Sequence[Point]) -> Iterator[Claim]:
+    """Claim of every condition that who has no lapses tells the shipped τ in 75 % at most."""
+    facts = partial(
+        claim, "threshold τ75 [px]", at_least(SHIPPED_PX), unit="observer", source="§5.2"
+    )
+    for point, estimate in zip(points, joined(points), strict=True):
+        yield facts({"pictures": point.case["condition"]}, estimate, headline=True)
+
+
+def answer_plots(record: Record) -> Iterator[Plot]:
+    """Draw τ₇₅ of every condition, beside what the models predict."""
+    both = list(zip(record.points, joined(record.points), strict=True))
+    panels = []
+    for way in WAYS:
+        name = f", {way}"
+        mine = [(p, e) for p, e in both if p.case["condition"].endswith(name)]
+        drawn = [estimated("observers", range(len(mine)), [e for _, e in mine])] if mine else []
+        for model, (label, *_) in MODELS.items():
+            said = [(k, p.predicted) for k, (p, _) in enumerate(mine)]
+            told = [(k, e.value) for k, row in said for e in row if e.keys == {"model": model}]
+            if told:
+                drawn.append(Curve(label, [k for k, _ in told], [value for _, value in told]))
+        ticks = [p.case["condition"].removesuffix(name) for p, _ in mine]
+        axis, scale = ("pictures", "τ75 [px]"), ("linear", "log")
+        panels.append(Panel(way, axis, drawn, scale, "points", ticks))
+    caption = (
+        "τ at which an observer without lapses tells a pruned picture from the reference in 75 % "
+        "of pairs: mean over observers and 95 % interval, beside the τ at which each model reaches "
+        "its criterion for the same pairs."
+    )
+    yield figure("tau75", "What observers see, beside what models predict", caption, panels)
+
+
+def answer_tables(record: Record) -> Iterator[tuple[str, Table]]:
+    """List τ₇₅ of every observer in every condition."""
+    found, _, which = fitted(record.points)
+    who = [n for p in record.points for n in p.column("observer")]
+    rows = [
+        (record.points[k].case["condition"], str(n), *(f"{10**v:.3g}" for v in values))
+        for k, n, *values in zip(which, who, found.value, found.low, found.high, strict=True)
+    ]
+    yield "τ75 of every observer", (("pictures", "observer", "τ75 [px]", "from", "to"), rows)
+
+
+def simulated_cases(observers: int, groups: int, unseen: bool) -> Sequence[Case]:
+    """Return the groups of observers, each of a seed of its own."""
+    first = first_seed(unseen)
+    return [partial(measure_simulated, observers // groups, first + k) for k in range(groups)]
+
+
+def measure_simulated(count: int, group: int, seed: int) -> Point:
+    """Send observers, and as many guessers, through a block: errors in 10⁻⁶ of log₁₀ τ₇₅."""
+    rng, model = np.random.default_rng([seed, group]), ObserverModel()
+    said, guessed = (ask(model, np.full(count, lapse), BLOCK, rng) for lapse in (np.nan, 1.0))
+    one, true, means = said.fitted(), said.log75.ravel(), model.means(BLOCK)
+    rows = np.arange(count * BLOCK)
+    joint, _ = join(one, rows // BLOCK, rows % BLOCK)
+    value, low, high = np.array([(e.value, e.low, e.high) for e in joint]).T
+    samples: dict[str, Any] = {"sent": [count]}
+    for of, error, covered in (
+        ("one", one.value - true, (one.low <= true) & (true <= one.high)),
+        ("all", value - means, (low <= means) & (means <= high)),
+    ):
+        of_condition = error.reshape(-1, BLOCK).mean(axis=0)
+        samples[f"error_{of}"] = [round(1e6 * float(error.mean()))]
+        samples[f"covered_{of}"] = [int(covered.sum())]
+        samples[f"intervals_{of}"] = [len(covered)]
+        samples |= {f"error_{of}_{k}": [round(1e6 * v)] for k, v in enumerate(of_condition)}
+    for kind, answers in (("observers", said), ("guessers", guessed)):
+        missed = (~answers.correct[..., -CATCHES:]).sum(axis=(1, 2))
+        samples[f"excluded_{kind}"] = [int((missed > MOST_CATCHES_MISSED).sum())]
+    return Point({"topic": "simulated"}, samples=columns(samples))
+
+
+def simulated_claims(points: Sequence[Point]) -> Iterator[Claim]:
+    """Claim that thresholds have no bias, that intervals cover, and that guessers are excluded."""
+    (point,) = points
+    facts = partial(claim, unit="group of observers", source="protocol")
+    means = ObserverModel().means(BLOCK)
+    errors = {"one observer, all conditions": "error_one", "all observers": "error_all"}
+    errors |= {f"all observers, {10**m:.2f} px": f"error_all_{k}" for k, m in enumerate(means)}
+    for of, name in errors.items():
+        ratio = _of_log(two_sided_mean(point.values(name) / 1e6))
+        yield facts("fitted ÷ true τ75", within(1, 0.03), {"of": of}, ratio, headline=len(of) < 30)
+    shares = (
+        ("coverage of 95 % intervals", "one observer", within(0.95, 0.02), "covered_one"),
+        ("coverage of 95 % intervals", "all observers", within(0.95, 0.02), "covered_all"),
+        ("share excluded", "observers", at_most(0.05), "excluded_observers"),
+        ("share excluded", "guessers", at_least(0.99), "excluded_guessers"),
+    )
+    for estimand, of, bound, name in shares:
+        out_of = name.replace("covered", "intervals") if "covered" in name else "sent"
+        share = two_sided_share(point.values(name), point.values(out_of))
+        yield facts(estimand, bound, {"of": of}, share, alone=EXACT, headline=True)
+
+
+EXPERIMENT = Experiment(
+    name="observers",
+    question="At which τ do people see what is left out?",
+    version=1,
+    topics={
+        "simulated": Topic(
+            about="simulated observers through the protocol: bias, coverage, exclusions",
+            cases=simulated_cases,
+            claims=simulated_claims,
+            full={"observers": 6000, "groups": 300, "unseen": True},
+            quick={"observers": 200, "groups": 10, "unseen": False},
+            seconds=(120, 10),
+        ),
+        "answers": Topic(
+            about="answers of people, by `lodbench observe fit`",
+            cases=no_cases,
+            claims=answer_claims,
+            plots=answer_plots,
+            tables=answer_tables,
+            seconds=(1, 1),
+            apart=True,
+        ),
+    },
+    caveats=(
+        "Simulated observers show that the protocol is ready. They say nothing of what people see.",
+    ),
+    order=950,
+)

@@ -1,0 +1,248 @@
+"""Render the pairs of an experiment, ask models about them, and write the page.
+
+A condition is one case, which a cluster may measure. Its pictures are finished one by one, each
+under a name that is a digest of all that made it: the same command goes on where it was stopped,
+and nobody reads from a name what is pruned. The two pictures of the reference, and those of the
+levels, have samples of their own, so that grain tells nothing.
+
+Three models look at every pair, as it is displayed at 60 pixels a degree:
+
+flip     mean FLIP (``bench.images.differences``) beyond that of grain alone; of clips that of the
+         first, middle and last frame
+barten   contrast in thresholds of Barten's eye (``lod.eye``): parts of τ px are half-periods of a
+         frequency f, and √2 times the RMS of (Y − Y′)/mean Y′ in the octave about f is the
+         modulation of a grating with as much contrast; times the eye's sensitivity at f it is 1
+         where the eye sees it half of the time, and so is right three times in four
+jod      ColorVideoVDP, where its environment is there
+
+Grain alone has FLIP and contrast. How much is told by the second picture of the reference, and is
+taken away: from FLIP as it is, from contrast squared, for variances add up.
+"""
+
+import json
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from PIL import Image
+
+from bench.experiment import Progress
+from bench.images.differences import mean_flip
+from bench.methods.environments import VIDEO
+from bench.methods.video import just_objectionable_differences
+from bench.observers import plan
+from bench.observers.plan import LEVELS_PX, STAIRCASE, Condition, block_of
+from bench.observers.psychometric import GUESS
+from bench.observers.results import FORMAT, FORMAT_VERSION
+from bench.records.records import content_sha256
+from bench.runs import CaseExecutor, sources
+from lod.eye import SQUARE_WAVE_GAIN, Display, Eye, sensitivity
+from scenes.files import write_text
+from scenes.presets.load import Setting, load_preset
+from scenes.presets.schema import Preset
+from scenes.render.pictures import (
+    NEARLY_LOSSLESS,
+    auto_exposure,
+    encode_movie,
+    save_picture,
+    to_srgb_8bit,
+)
+from scenes.render.render import build_frame, trace
+from scenes.render.variants import choose
+from scenes.scene import Scene
+from scenes.sticks.prototype import LUMINANCE
+
+PLAN, PAGE, PICTURES = "plan.json", "index.html", "pictures"
+OBSERVERS = 120
+"""Numbers that have a block of their own; from there on they come again."""
+
+BREAK_EVERY = 42
+"""Trials between breaks."""
+
+
+@dataclass(frozen=True)
+class Pictures:
+    """How the pictures of an experiment are made: size WxH, samples a pixel, frames of a clip."""
+
+    size: str = "640x360"
+    spp: int = 256
+    frames: int = 24
+
+    def preset(self, condition: Condition, detail_px: float) -> Preset:
+        """Return the preset of a condition at a detail [px]."""
+        own = {"render.size": self.size, "render.spp": self.spp, "view.detail": detail_px}
+        own["camera.fps"] = float(plan.FPS)
+        laid = {**plan.PLACES[condition.place], **plan.WAYS[condition.way], **own}
+        flags = {"render.size": "--size", "render.spp": "--spp"}
+        settings = [Setting(flags.get(key, key), key, value) for key, value in laid.items()]
+        return load_preset(plan.SUBJECTS[condition.subject], settings)
+
+
+Version = tuple[float, int]
+"""One picture or clip of a condition: its τ [px], and which samples it has."""
+
+REFERENCE: Version = (plan.REFERENCE_PX, 0)
+VERSIONS: tuple[Version, ...] = (
+    (plan.REFERENCE_PX, 1),
+    *((px, 2) for px in (*LEVELS_PX, plan.CATCH_PX)),
+)
+
+
+def make_condition(condition: Condition, folder: Path, how: Pictures) -> dict[str, Any]:
+    """Render what is left of a condition, and return its entry of the plan."""
+    numbers = range(1, (how.frames if condition.moving else 1) + 1)
+    variant = choose()
+    made_by = [condition, asdict(how), variant, sources()]
+    ends = ".webm" if condition.moving else ".png"
+
+    def path(version: Version) -> Path:
+        return folder / PICTURES / f"{content_sha256([version, *made_by])[:24]}{ends}"
+
+    def said(version: Version) -> Path:
+        return path(version).with_suffix(".json")
+
+    left = [each for each in VERSIONS if not (path(each).exists() and said(each).exists())]
+    if left or not path(REFERENCE).exists():
+        scene = Scene(how.preset(condition, plan.REFERENCE_PX))
+        radiance = list(_radiance(scene, numbers, variant, REFERENCE))
+        exposure = auto_exposure(radiance[0])
+        whole = [to_srgb_8bit(each, exposure) for each in radiance]
+        write_clip(whole, path(REFERENCE))
+        for version in left:
+            here = scene.with_preset(how.preset(condition, version[0]))
+            rendered = _radiance(here, numbers, variant, version)
+            shown = [to_srgb_8bit(each, exposure) for each in rendered]
+            write_clip(shown, path(version))
+            write_text(said(version), json.dumps(look_at(shown, whole)))
+    grain, *levels = (json.loads(said(each).read_text("utf-8")) for each in VERSIONS)
+    reference, again, *files = (f"{PICTURES}/{path(v).name}" for v in (REFERENCE, *VERSIONS))
+    shown_at = {"reference": reference, "again": again, "levels": files}
+    about = {"name": condition.name, "moving": condition.moving}
+    return about | shown_at | {"models": without_grain(levels, grain)}
+
+
+def _radiance(
+    scene: Scene, numbers: Sequence[int], variant: str, version: Version
+) -> Iterator[np.ndarray]:
+    for number in numbers:
+        frame_input = scene.input(number, variant)
+        quality = frame_input.quality
+        own = replace(quality, seed=quality.seed + 1000 * version[1])
+        yield trace(build_frame(frame_input), own, number).rgb
+
+
+def write_clip(shown: Sequence[np.ndarray], path: Path) -> None:
+    """Write displayed pictures as a PNG or a film, as the path ends."""
+    path.parent.mkdir(exist_ok=True)
+    if path.suffix == ".png":
+        save_picture(Image.fromarray(shown[0]), path)
+    else:
+        encode_movie(iter(shown), path, plan.FPS, NEARLY_LOSSLESS)
+
+
+def look_at(shown: Sequence[np.ndarray], whole: Sequence[np.ndarray]) -> dict[str, list[float]]:
+    """Return what each model says of displayed pictures beside their reference, grain included.
+
+    The contrasts are those in the band of every level.
+    """
+    some = sorted({0, len(shown) // 2, len(shown) - 1})
+    pairs = [[each[k].astype(np.float32) / 255 for each in (shown, whole)] for k in some]
+    flips = [mean_flip(one, other, plan.PIXELS_PER_DEGREE) for one, other in pairs]
+    contrasts = np.mean([band_contrasts(one, other) for one, other in pairs], axis=0)
+    said = {"flip": [float(np.mean(flips))], "barten": contrasts.tolist()}
+    if VIDEO.python() is not None:
+        tested, reference = (np.stack(each).astype(np.float32) / 255 for each in (shown, whole))
+        found = just_objectionable_differences({"pruned": tested}, reference, plan.FPS)
+        said["jod"] = [found["pruned"]]
+    return said
+
+
+def band_contrasts(shown: np.ndarray, whole: np.ndarray) -> np.ndarray:
+    """Return the difference of two displayed pictures in thresholds of Barten's eye, by level."""
+    from colour.models import eotf_sRGB
+
+    one, other = (eotf_sRGB(each.astype(np.float64)) @ LUMINANCE for each in (shown, whole))
+    power = np.abs(np.fft.fft2((one - other) / other.mean()) / one.size) ** 2
+    down, across = (plan.PIXELS_PER_DEGREE * np.fft.fftfreq(n) for n in one.shape)
+    frequency = np.hypot(down[:, None], across)
+    field_deg = math.sqrt(one.size) / plan.PIXELS_PER_DEGREE
+    eye = sensitivity(Display(plan.PIXELS_PER_DEGREE, field_deg=field_deg), Eye())
+    found = []
+    for px in LEVELS_PX:
+        f = plan.PIXELS_PER_DEGREE / (2 * px)
+        within = (frequency >= f / math.sqrt(2)) & (frequency < f * math.sqrt(2))
+        gain = np.interp(f, eye.frequency, eye.value / SQUARE_WAVE_GAIN, right=0.0)
+        found.append(gain * math.sqrt(2 * power[within].sum()))
+    return np.array(found)
+
+
+def without_grain(levels: Sequence[Mapping[str, Any]], grain: Mapping[str, Any]) -> dict[str, Any]:
+    """Return each model's value of every level of the staircase, less that of grain."""
+    own = levels[: len(LEVELS_PX)]
+    pairs = [(each["barten"][k], grain["barten"][k]) for k, each in enumerate(own)]
+    values = {
+        "flip": [each["flip"][0] - grain["flip"][0] for each in own],
+        "barten": [math.sqrt(max(one**2 - other**2, 0.0)) for one, other in pairs],
+    }
+    jod = [each["jod"][0] for each in own if "jod" in each]
+    return values | ({"jod": jod} if len(jod) == len(own) else {})
+
+
+def plan_body(whole: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what of a plan the page shows, and its digest is of."""
+    return {key: v for key, v in whole.items() if key not in ("sha256", "models", "power")}
+
+
+def make(
+    folder: Path,
+    conditions: Sequence[Condition],
+    how: Pictures,
+    executor: CaseExecutor,
+    progress: Progress,
+    power: Sequence[Mapping[str, float]],
+) -> dict[str, Any]:
+    """Make an experiment in a folder: its pictures, its plan and its page; return the plan."""
+    (folder / PICTURES).mkdir(exist_ok=True)
+    made, entries = executor(make_condition, [(each, folder, how) for each in conditions]), []
+    for number, condition in enumerate(conditions):
+        progress(number, len(conditions), condition.name)
+        entries.append(next(made))
+    progress(len(conditions), len(conditions), "page")
+    blocks = [block_of(k + 1, conditions) for k in range(OBSERVERS)]
+    whole: dict[str, Any] = {
+        "format": FORMAT,
+        "format_version": FORMAT_VERSION,
+        "seed": 1,
+        "size": [int(each) for each in how.size.split("x")],
+        "spp": how.spp,
+        "frames": how.frames,
+        "fps": plan.FPS,
+        "pixels_per_degree": plan.PIXELS_PER_DEGREE,
+        "trials": plan.TRIALS,
+        "catches": plan.CATCHES,
+        "block_trials": len(blocks[0]) * (plan.TRIALS + plan.CATCHES),
+        "break_every": BREAK_EVERY,
+        "staircase": asdict(STAIRCASE) | {"guess": GUESS},
+        "models": {each["name"]: each.pop("models") for each in entries},
+        "power": power,
+        "blocks": blocks,
+        "conditions": entries,
+    }
+    whole["sha256"] = content_sha256(plan_body(whole))
+    write_text(folder / PLAN, json.dumps(whole, indent=1, ensure_ascii=False) + "\n")
+    write_text(folder / PAGE, page({**plan_body(whole), "sha256": whole["sha256"]}))
+    return whole
+
+
+def page(body: Mapping[str, Any]) -> str:
+    """Return the page of a plan, with all that it runs inside it."""
+    shelf = resources.files("bench.observers") / "page"
+    text = (shelf / "page.html").read_text("utf-8")
+    for name in ("jspsych/LICENSE", "jspsych/jspsych.js", "page.css", "quest.js", "page.js"):
+        text = text.replace(f"/*{name}*/", (shelf / name).read_text("utf-8"))
+    told = json.dumps(body, ensure_ascii=False).replace("<", "\\u003c")
+    return text.replace("/*plan*/", told)
