@@ -21,7 +21,7 @@ from click.core import ParameterSource
 from click.shell_completion import CompletionItem
 
 from lod.errors import InputError
-from scenes.files import checked_frames
+from scenes.files import LAST_FRAME, checked_frames
 from scenes.presets.load import Setting, load_preset
 from scenes.presets.schema import Preset
 from scenes.presets.things import ScriptLine
@@ -329,6 +329,10 @@ def frame_numbers(text: str) -> tuple[int, ...]:
         match = _SPAN.fullmatch(span.strip())
         if match is None:
             raise InputError("--frames", text, "whole numbers, as 1-24 or 1,5,9", "try 1-24")
+        if max(int(each or 0) for each in match.groups()) > LAST_FRAME:
+            raise InputError(
+                "--frames", text, f"frames are numbered up to {LAST_FRAME}", "try 1-24"
+            )
         first, last, step = int(match[1]), int(match[2] or match[1]), int(match[3] or 1)
         if step < 1:
             raise InputError("--frames", text, "a step of at least 1", f"write {first}-{last}x10")
