@@ -41,8 +41,6 @@ MOST_JSON_BYTES = 2**24
 """Of a header at most: what it says is read into Python objects, some 30 times as large."""
 
 _HARMLESS = ("KHR_materials_", "KHR_texture_transform", "KHR_lights_punctual", "KHR_xmp")
-"""Beginnings of extensions without which a mesh has the same triangles."""
-
 _GLOSS = "anisotropy clearcoat dispersion emissive_strength ior iridescence sheen specular unlit"
 _SAME = {f"KHR_materials_{name}" for name in _GLOSS.split()}
 """Extensions of a material that leave its base colour as it is."""
