@@ -11,10 +11,12 @@ WebP files as base64 text under ``notes["pictures"]``, inside the record and so 
 """
 
 import base64
+import gzip
 import hashlib
 import io
 import json
 import re
+import zlib
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field, fields
 from functools import cached_property
@@ -232,7 +234,10 @@ def write_record(record: Record, folder: Path) -> Path:
 
 
 def read_record(path: Path) -> Record:
-    """Read and verify a record. Raises InputError for one that is damaged, edited or too new."""
+    """Read and verify a record, plain or compressed by gzip.
+
+    Raises InputError for one that is damaged, edited or too new.
+    """
 
     def refused(rule: str) -> InputError:
         return InputError("record", str(path), rule, "run it again")
@@ -240,8 +245,13 @@ def read_record(path: Path) -> Record:
     try:
         if not Path(path).is_file():
             raise OSError("no file is there")
-        body = json.loads(Path(path).read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError) as error:
+        opened = gzip.open if Path(path).suffix == ".gz" else open
+        with opened(path, "rb") as file:
+            text = file.read(_MOST_BYTES + 1)
+        if len(text) > _MOST_BYTES:
+            raise OSError(f"it holds more than {_MOST_BYTES} bytes")
+        body = json.loads(text)
+    except (OSError, EOFError, zlib.error, ValueError, RecursionError) as error:
         raise refused(f"a readable JSON file ({error})") from None
     if not isinstance(body, dict) or body.get("format") != FORMAT:
         raise InputError("record", str(path), f"its format is {FORMAT}", "give a record's path")
@@ -263,14 +273,14 @@ def read_record(path: Path) -> Record:
         what = " ".join(str(error).split())[:200]
         raise refused(f"content as the schema has it ({what})") from None
     name = f"{record.experiment}-{sha256[:_IN_NAME]}.json"
-    if Path(path).name != name or not _NAMED.fullmatch(name):
+    if Path(path).name.removesuffix(".gz") != name or not _NAMED.fullmatch(name):
         raise refused(f"it is named for its experiment and its SHA-256, {name!r}")
     return record
 
 
 def record_paths(folder: Path) -> list[Path]:
     """List the files of a folder that are named as records are."""
-    return sorted(p for p in Path(folder).glob("*-*.json") if _NAMED.fullmatch(p.name))
+    return sorted(p for p in Path(folder).glob("*-*.json*") if _NAMED.fullmatch(p.name))
 
 
 def read_records(folder: Path) -> tuple[Record, ...]:
@@ -280,7 +290,8 @@ def read_records(folder: Path) -> tuple[Record, ...]:
     return tuple(sorted(newest_first, key=lambda r: r.experiment))
 
 
-_NAMED = re.compile(rf"[a-z0-9_-]+-[0-9a-f]{{{_IN_NAME}}}\.json")
+_NAMED = re.compile(rf"[a-z0-9_-]+-[0-9a-f]{{{_IN_NAME}}}\.json(\.gz)?")
+_MOST_BYTES = 2**28
 
 
 def _record(content: dict[str, Any]) -> Record:

@@ -35,7 +35,7 @@ Intervals = dict[str, tuple[float, float, float]]
 
 
 def reference(name: str) -> Record:
-    made = [read_record(path) for path in sorted(PLACE.glob(f"{name}-*.json"))]
+    made = [read_record(path) for path in sorted(PLACE.glob(f"{name}-*.json.gz"))]
     judged = [record for record in made if record.version == EXPERIMENTS[name].version]
     if not judged:
         pytest.skip("no reference record of this version yet")

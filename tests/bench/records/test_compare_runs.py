@@ -1,5 +1,6 @@
 """Two runs are compared claim by claim, and only where they can be."""
 
+import gzip
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -11,7 +12,16 @@ from bench.cli.main import main
 from bench.records.claims import Claim
 from bench.records.compare_runs import compare, compare_paths
 from bench.records.provenance import provenance
-from bench.records.records import Point, Record, columns, predictions, record_schema, write_record
+from bench.records.records import (
+    Point,
+    Record,
+    columns,
+    predictions,
+    read_record,
+    read_records,
+    record_schema,
+    write_record,
+)
 from lod.errors import InputError
 
 SCHEMA = record_schema()
@@ -96,10 +106,21 @@ def test_paths_of_two_kinds_and_folders_with_nothing_shared_are_refused(tmp_path
 def test_records_follow_the_published_schema(tmp_path):
     check = jsonschema.Draft202012Validator(SCHEMA)
     check.check_schema(SCHEMA)
-    paths = [write_record(a_record(), tmp_path)]
-    paths += [p for p in RESULTS.glob("*-*.json") if '"format_version": 4' in p.read_text()[:200]]
-    for path in paths:
-        check.validate(json.loads(path.read_text(encoding="utf-8")))
+    check.validate(json.loads(write_record(a_record(), tmp_path).read_bytes()))
+    for path in RESULTS.glob("*-*.json.gz"):
+        check.validate(json.loads(gzip.decompress(path.read_bytes())))
+
+
+def test_a_compressed_record_is_the_same_and_a_torn_one_is_refused(tmp_path):
+    path = write_record(a_record(), tmp_path)
+    packed = path.with_name(f"{path.name}.gz")
+    packed.write_bytes(gzip.compress(path.read_bytes()))
+    assert read_record(packed) == read_record(path)
+    path.unlink()
+    assert read_records(tmp_path) == (read_record(packed),)
+    packed.write_bytes(packed.read_bytes()[:-20])
+    with pytest.raises(InputError, match="readable JSON"):
+        read_record(packed)
 
 
 @pytest.mark.parametrize("key", ["provenance", "points", "claims", "quick"])
