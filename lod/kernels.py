@@ -8,13 +8,24 @@ the SHA-256 of its code, and a function whose files fail in any way begins with 
 import contextlib
 import hashlib
 import pickle
+from collections.abc import Callable
 from typing import Any
 
-from numba import njit
+import numba
 from numba.core.caching import CompileResultCacheImpl, FunctionCache
 from numba.core.serialize import dumps
 
-__all__ = ["njit"]
+
+def njit(*, cache: bool, **options: Any) -> Callable[[Callable[..., Any]], Any]:
+    """Compile a function as ``numba.njit`` does; with ``cache`` its kernels are kept as above."""
+
+    def compiled(function: Callable[..., Any]) -> Any:
+        dispatcher = numba.njit(**options)(function)
+        if cache:
+            dispatcher._cache = _Cache(function)
+        return dispatcher
+
+    return compiled
 
 
 class _Sealed(CompileResultCacheImpl):
@@ -29,15 +40,13 @@ class _Sealed(CompileResultCacheImpl):
         return super().rebuild(target_context, pickle.loads(code))
 
 
-def _load_or_forget(self: Any, sig: Any, target_context: Any) -> Any:
-    try:
-        return _load(self, sig, target_context)
-    except Exception:  # damage may appear as any error at all
-        with contextlib.suppress(OSError):
-            self.flush()
-        return None
+class _Cache(FunctionCache):
+    _impl_class = _Sealed
 
-
-_load = FunctionCache.load_overload
-FunctionCache.load_overload = _load_or_forget
-FunctionCache._impl_class = _Sealed
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        try:
+            return super().load_overload(sig, target_context)
+        except Exception:  # damage may appear as any error at all
+            with contextlib.suppress(OSError):
+                self.flush()
+            return None

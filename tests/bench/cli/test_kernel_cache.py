@@ -6,9 +6,12 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numba
 import pytest
+from numba.core.caching import CompileResultCacheImpl, FunctionCache
 
 from bench.cli import kernel_cache
+from lod import kernels
 from scenes.processes import cache as sources
 
 ROOT = Path(__file__).parents[3]
@@ -66,6 +69,12 @@ def test_kernels_that_are_damaged_are_compiled_again(tmp_path: Path) -> None:
         again = python(WITH_CACHE, folder)
         assert (again.stdout, again.stderr) == (first.stdout, ""), name
         assert again.stdout and whole.stat().st_size >= len(before) - 9, "it is kept again"
+
+
+def test_a_callers_own_kernels_are_kept_as_numba_keeps_them() -> None:
+    own, ours = (module.njit(cache=True)(lambda x: x) for module in (numba, kernels))
+    assert type(own._cache) is FunctionCache and type(ours._cache) is not FunctionCache
+    assert FunctionCache._impl_class is CompileResultCacheImpl
 
 
 def test_the_digest_changes_with_each_byte_and_name(tmp_path: Path) -> None:
