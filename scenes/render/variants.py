@@ -255,7 +255,11 @@ def _why(code: int, words: str) -> str:
 
 def _cure(name: str) -> str:
     if name.startswith("llvm_"):
-        return f"{how_to_install()}; or --variant {SCALAR_VARIANT}"
+        own, other = packaged_library(), os.environ.get(LLVM_PATH)
+        how = how_to_install()
+        if own and other and Path(other).resolve() != own:  # named, or loaded by an earlier import
+            how = f"unset {LLVM_PATH} and import lodbench before mitsuba, so that {own} is taken"
+        return f"{how}; or --variant {SCALAR_VARIANT}"
     if name.startswith("cuda_"):
         return "it needs an NVIDIA GPU and driver; try --variant auto"
     return "try --variant auto"
