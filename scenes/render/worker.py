@@ -179,7 +179,7 @@ class Worker(contextlib.AbstractContextManager):
                     what, done, steps = found["making"]
                     making = (what, done, steps) if done < steps or not steps else None
                 elif "samples" in found:
-                    samples, of = found["samples"]
+                    making, (samples, of) = None, found["samples"]
                 else:
                     return found
             elif select.select([source], [], [], _TICK_S)[0]:
