@@ -34,6 +34,7 @@ NOT_RUN = {
     "docs/experiments.md": "R, which tests do not install",
     "docs/submit.md": "takes hours; test_compare_runs.py compares smaller runs",
     "docs/exr.md": "oiiotool, which a test of its own runs",
+    "docs/observers.md": "renders for an hour; tests/bench/observers makes smaller experiments",
 }
 PYTHON_RUN = {  # how many blocks of Python a page has that its test runs
     "docs/actors.md": 1,
