@@ -127,10 +127,10 @@ class _Doing:
         now = time.monotonic()
         if self._what != what:
             self._what, self._first, self._began = what, done, now
-        self.text = f"{what[:60]} {done:.0f}/{total:.0f}" if total else what
         if total and done >= total:
-            self.text = ""  # what comes next is not known yet
-        self.left = ""
+            self.text = self.left = ""  # what comes next is not known yet
+            return
+        self.text, self.left = f"{what[:60]} {done:.0f}/{total:.0f}" if total else what, ""
         if done > self._first:
             left = (now - self._began) * (total - done) / (done - self._first)
             self.left = f", {duration_text(left)} left"
