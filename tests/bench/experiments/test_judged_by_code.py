@@ -3,6 +3,7 @@
 Experiments whose reference record was not made yet are skipped.
 """
 
+import gzip
 import json
 import re
 from collections.abc import Iterator
@@ -163,9 +164,9 @@ def test_every_record_is_drawn_and_told_without_gaps(name):
 
 
 def test_a_record_changed_by_hand_is_not_even_read(tmp_path):
-    path = next(iter(sorted(PLACE.glob("air-*.json"))))
-    body = json.loads(path.read_text(encoding="utf-8"))
+    path = next(PLACE.glob("air-*.json.gz"))
+    body = json.loads(gzip.decompress(path.read_bytes()))
     body["content"]["points"][0]["samples"] = []
-    (tmp_path / path.name).write_text(json.dumps(body), encoding="utf-8")
+    (tmp_path / path.name).write_bytes(gzip.compress(json.dumps(body).encode()))
     with pytest.raises(InputError, match="SHA-256"):
         read_record(tmp_path / path.name)
