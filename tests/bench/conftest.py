@@ -1,5 +1,6 @@
 """A small record of the experiment law, measured once, and its report."""
 
+import shutil
 from dataclasses import replace
 from functools import partial
 
@@ -34,3 +35,17 @@ def folder(record, tmp_path_factory):
     write_record(record, place)
     write_report(place)
     return place
+
+
+@pytest.fixture(scope="module")
+def browser():
+    """The chromium of the system, without a window."""
+    chromium = shutil.which("chromium")
+    if chromium is None:
+        pytest.skip("chromium is not installed")
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
+        yield browser
+        browser.close()

@@ -1,7 +1,6 @@
 """The page in a browser: silent, asking for nothing, drawn, and usable by everyone."""
 
 import re
-import shutil
 from dataclasses import replace
 
 import numpy as np
@@ -9,9 +8,6 @@ import pytest
 
 from bench.records.records import pictures, write_record
 from bench.report.write import write_report
-
-CHROMIUM = shutil.which("chromium")
-pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="chromium is not installed")
 
 PHONE, DESK = {"width": 390, "height": 844}, {"width": 1280, "height": 900}
 
@@ -29,16 +25,6 @@ def html(record, tmp_path_factory):
 
 
 SHADES = {"whole": 200, "pruned": 120, "FLIP": 30}
-
-
-@pytest.fixture(scope="module")
-def browser():
-    from playwright.sync_api import sync_playwright
-
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
-        yield browser
-        browser.close()
 
 
 @pytest.fixture(params=[PHONE, DESK], ids=["phone", "desk"])
