@@ -117,6 +117,30 @@ def _callers_variant() -> Iterator[None]:
             mitsuba.set_variant(before)
 
 
+def _in_notebook() -> bool:
+    return "ipykernel" in sys.modules
+
+
+@contextmanager
+def _followed(watch: Callable[..., Any] | None) -> Iterator[Callable[..., Any]]:
+    """Have what is done inside followed by a caller's function, or by a bar in a notebook."""
+    if watch or not _in_notebook():
+        yield watch or (lambda *_: None)
+        return
+    from tqdm.auto import tqdm
+
+    from scenes.processes.progress import followed_by
+
+    with tqdm(leave=False) as bar:
+
+        def show(done: float, total: float, what: str = "samples") -> None:
+            bar.n, bar.total = done, total
+            bar.set_description(what)
+
+        with followed_by(lambda what, done, steps: show(done, steps, what)):
+            yield show
+
+
 def load_preset(name_or_path: str | Path, changes: Mapping[str, Any] | None = None) -> Preset:
     """Load a preset by its name or the path of its TOML file.
 
@@ -155,21 +179,22 @@ def render(
     """Render one frame in this process, into arrays and no file.
 
     watch  function that is called now and then with the samples taken so far, and their number in
-           all
+           all; by default a notebook shows a bar
     Raises InputError for what cannot be rendered. The first call compiles kernels, which takes
     longer once on a machine.
     """
     from scenes.files import checked_frames
     from scenes.render.budget import within_budget
     from scenes.render.exr.header import frame_settings
-    from scenes.render.frame_session import FrameSession, ignore_progress
+    from scenes.render.frame_session import FrameSession
     from scenes.render.variants import choose
 
     (number,) = checked_frames((frame,), "frame")
     chosen = within_budget(_preset(preset), (number,))
     variant = choose(chosen.render.variant, chosen.render.spectral)
     session = FrameSession(frame_settings(chosen, variant))
-    layers = session.render_layers(number, watch or ignore_progress)
+    with _followed(watch) as follow:
+        layers = session.render_layers(number, follow)
     return Frame(layers, session.header(number))
 
 
@@ -184,10 +209,11 @@ def render_sequence(
 
     frames   whole numbers from 1 on, as range(1, 25) or an array
     threads  for the renderer, in a process of its own; 0 = one for each core
-    Yields a record after each frame: ``frame``, ``path`` (absolute), ``sha256``, ``kept`` (it was
-    there already), ``seconds`` by stage; a frame that failed has ``error`` instead. Raises
-    InputError for frames that cannot be, for those of other settings that stand there, unless
-    ``overwrite``, and while another process renders other settings into that folder.
+    Yields a record after each frame, and shows a bar in a notebook: ``frame``, ``path`` (absolute),
+    ``sha256``, ``kept`` (it was there already), ``seconds`` by stage; a frame that failed has
+    ``error`` instead. Raises InputError for frames that cannot be, for those of other settings that
+    stand there, unless ``overwrite``, and while another process renders other settings into that
+    folder.
     """
     from scenes.files import check_pattern, checked_frames
     from scenes.render.render_files import Workers, render_files, settled
@@ -195,7 +221,12 @@ def render_sequence(
     check_pattern(pattern)
     numbers, path = checked_frames(frames), Path(pattern).absolute()
     settings = settled(_preset(preset), path, numbers)
-    return render_files(settings, path, numbers, Workers(threads), overwrite)
+    records = render_files(settings, path, numbers, Workers(threads), overwrite)
+    if not _in_notebook():
+        return records
+    from tqdm.auto import tqdm
+
+    return iter(tqdm(records, total=len(numbers), unit="frame", leave=False))
 
 
 def read_frame(path: str | Path) -> Frame:
@@ -206,22 +237,31 @@ def read_frame(path: str | Path) -> Frame:
 
 
 @_callers_variant()
-def run_experiment(name: str, quick: bool = False, seed: int = 0) -> "Record":
+def run_experiment(
+    name: str,
+    quick: bool = False,
+    seed: int = 0,
+    watch: Callable[[int, int, str], object] | None = None,
+) -> "Record":
     """Run an experiment in this process, and give its record with points and claims; no file.
 
     name   of an experiment or topic, as `lodbench list` shows it
     quick  measure fewer points, in minutes
+    watch  function that is called with the cases measured, their number in all, and the name of the
+           next; by default a notebook shows a bar
     Raises InputError for an unknown name.
     """
     from bench.experiment import experiments, topics_named
-    from bench.runs import RunRequest
+    from bench.runs import RunRequest, serial_executor
     from bench.runs import run_experiment as run
 
     chosen = topics_named([name])
     if len(chosen) > 1:
         raise InputError("name", name, "one experiment or topic", f"try {next(iter(chosen))}")
     ((experiment, topics),) = chosen.items()
-    return run(experiments()[experiment], RunRequest(experiment, tuple(topics), quick, seed))
+    asked = RunRequest(experiment, tuple(topics), quick, seed)
+    with _followed(watch) as follow:
+        return run(experiments()[experiment], asked, serial_executor, follow)
 
 
 def _preset(preset: Preset | str | Path) -> Preset:

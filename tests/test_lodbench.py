@@ -91,6 +91,22 @@ def test_the_module_runs_the_program() -> None:
     assert done.stdout.startswith("Usage: lodbench list")
 
 
+def test_an_experiment_tells_how_far_it_is() -> None:
+    told: list[tuple[int, int, str]] = []
+    lodbench.run_experiment("figure", quick=True, watch=lambda *each: told.append(each))
+    done, totals, names = zip(*told, strict=True)
+    assert done == tuple(range(totals[-1] + 1)) and len(set(totals)) == 1
+    assert len(set(names)) == len(names)
+
+
+def test_a_notebook_shows_a_bar(
+    campfire: lodbench.Preset, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setitem(sys.modules, "ipykernel", sys)
+    lodbench.render(campfire)
+    assert "samples: 100%" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     "frames",
     [np.arange(1, 3), (k for k in (1, 2)), [np.int64(1), np.uint8(2), 1], range(1, 3)],

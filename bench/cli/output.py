@@ -4,6 +4,7 @@ Progress is on stderr: bars on a terminal, and elsewhere a line every ten second
 """
 
 import json
+import math
 import os
 import sys
 import threading
@@ -100,12 +101,55 @@ def _plain(value: Any) -> Any:
 Progress = Callable[[int, int, str], None]
 """Called with the number done, the number in all, and a name for what comes next."""
 
-_FRAME_FORMAT = (
-    "{percentage:3.0f} % {bar} {n:.1f}/{total} frames, {elapsed}, {remaining} left{postfix}"
-)
+_BAR_FORMAT = "{desc}{n:.4g}{of} {unit} {bar} {elapsed}{left}{postfix}"
 
 
-_MAKING_FORMAT = "{desc} {n:.0f}/{total} {bar} {elapsed}, {remaining} left"
+def _bar(total: float | None, unit: str, what: str = "", disable: bool = False) -> Any:
+    """Open a bar on stderr: every command shows how far it is in this one way."""
+    from tqdm import tqdm
+
+    class Bar(tqdm):
+        time_left = TimeLeft()
+
+        @property
+        def format_dict(self) -> dict[str, Any]:
+            known = super().format_dict
+            done = self.n - self.initial
+            takes = self.total and done and known["elapsed"] * (self.total - self.n) / done
+            left = self.time_left.tell(takes, time.monotonic()) if takes else ""
+            return known | {"of": f"/{self.total}" if self.total else "", "left": left}
+
+    return Bar(
+        total=total,
+        desc=what,
+        unit=unit,
+        bar_format=_BAR_FORMAT,
+        leave=False,
+        smoothing=0,
+        disable=disable,
+        file=sys.stderr,
+    )
+
+
+class TimeLeft:
+    """A time left that rises by at most a tenth in ten seconds, and says where that is too little.
+
+    What is told first rests on little; whoever plans by it is better served by "more than".
+    """
+
+    def __init__(self) -> None:
+        self._told, self._at = math.inf, -math.inf
+
+    def tell(self, seconds: float, now: float) -> str:
+        """Write the time left as the end of a line, from an estimate made at a time ``now`` [s]."""
+        most = self._told if now < self._at + _RISE_S else 1.1 * self._told
+        if seconds < self._told or most > self._told:
+            self._told, self._at = min(seconds, most), now
+        bound = "more than " if seconds > 1.1 * self._told else ""
+        return f", {bound}{duration_text(self._told)} left"
+
+
+_RISE_S = 10
 
 
 def bars_are_shown() -> bool:
@@ -121,19 +165,21 @@ class _Doing:
         self.text, self.left = "", ""
         self.bar: Any = None
         self._what, self._first, self._began = "", 0.0, 0.0
+        self._time_left = TimeLeft()
 
     def tell(self, what: str, done: float, total: float) -> None:
         """Note how far something is, and how long it still takes once that is known."""
         now = time.monotonic()
         if self._what != what:
             self._what, self._first, self._began = what, done, now
+            self._time_left = TimeLeft()
         if total and done >= total:
             self.text = self.left = ""  # what comes next is not known yet
             return
         self.text, self.left = f"{what[:60]} {done:.0f}/{total:.0f}" if total else what, ""
         if done > self._first:
             left = (now - self._began) * (total - done) / (done - self._first)
-            self.left = f", {duration_text(left)} left"
+            self.left = self._time_left.tell(left, now)
 
 
 _DOING = _Doing()
@@ -160,10 +206,8 @@ def progress_shown() -> Iterator[None]:
         nonlocal bar
         _DOING.tell(what, done, steps)
         if bar is None and done < steps and bars_are_shown():
-            from tqdm import tqdm
-
-            looks = {"bar_format": _MAKING_FORMAT, "leave": False, "smoothing": 0}
-            bar = _DOING.bar = tqdm(total=steps, initial=done, desc=what, file=sys.stderr, **looks)
+            bar = _DOING.bar = _bar(steps, "steps", f"{what} ")
+            bar.initial = done
         if bar is not None:
             bar.n = done
             bar.refresh()
@@ -197,18 +241,13 @@ def progress_bar(unit: str) -> Iterator[Progress]:
     if not bars_are_shown():
         yield lambda done, total, what: _DOING.tell(what, done, total)
         return
-    from tqdm import tqdm
-
-    with tqdm(unit=unit, leave=False, file=sys.stderr) as bar:
+    with _bar(None, unit) as bar:
         _DOING.bar = bar
 
         def show(done: int, total: int, what: str) -> None:
             bar.total = total
-            if bar.desc == f"{what}: ":
-                bar.update(done - bar.n)
-            else:  # at once: what comes next may take long
-                bar.n = done
-                bar.set_description(what)
+            bar.n = done
+            bar.set_description_str(f"{what} ")  # at once: what comes next may take long
 
         try:
             yield show
@@ -275,11 +314,8 @@ class FrameProgress:
 @contextmanager
 def frame_progress(frames: int) -> Iterator[FrameProgress]:
     """Open a bar for so many frames, which is shown as ``progress_bar`` shows its own."""
-    from tqdm import tqdm
-
     shown = bars_are_shown()
-    looks = {"leave": False, "smoothing": 0, "bar_format": _FRAME_FORMAT}
-    with tqdm(total=frames, disable=not shown, file=sys.stderr, **looks) as bar:
+    with _bar(frames, "frames", disable=not shown) as bar:
         _DOING.bar = bar if shown else None
         try:
             yield FrameProgress(bar)

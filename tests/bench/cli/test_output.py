@@ -1,6 +1,7 @@
 """Bars on terminals only, never beside JSON; and whole frames, whatever becomes of the streams."""
 
 import json
+import math
 import os
 import shutil
 import signal
@@ -12,8 +13,10 @@ from pathlib import Path
 import click
 import pytest
 from click.testing import CliRunner
+from hypothesis import given
+from hypothesis import strategies as st
 
-from bench.cli.output import bars_are_shown, frame_progress, progress_bar, progress_shown
+from bench.cli.output import TimeLeft, bars_are_shown, frame_progress, progress_bar, progress_shown
 from scenes.processes.progress import tell, work
 
 
@@ -47,6 +50,23 @@ def test_away_from_a_terminal_a_line_says_what_takes_long(monkeypatch, capsys):
     assert any("weighing 1/2" in line for line in lines)
     time.sleep(0.2)
     assert capsys.readouterr().err == ""
+
+
+def test_a_time_left_that_grows_is_told_as_a_bound():
+    left = TimeLeft()
+    told = [left.tell(*each) for each in ((80, 0), (400, 1), (400, 11), (400, 12), (70, 13))]
+    bounds = ["more than 80", "more than 88", "more than 88"]
+    assert told == [f", {each} s left" for each in ["80", *bounds, "70"]]
+
+
+@given(st.lists(st.tuples(st.floats(1, 89), st.floats(0, 30)), min_size=2))
+def test_no_time_left_rises_by_more_than_a_tenth(estimates):
+    left, now, before = TimeLeft(), 0.0, math.inf
+    for seconds, later in estimates:
+        now += later
+        told = int(left.tell(seconds, now).split()[-3])
+        assert told <= min(1.1 * (before + 0.5), seconds) + 0.5
+        before = told
 
 
 @pytest.mark.parametrize(("flags", "shown"), [([], True), (["--json"], False)])
