@@ -31,7 +31,7 @@ SIX = (
     ("How do the parts of one figure drop off with distance?", "figure", "parts", "law"),
     ("What does a larger world cost?", "cost", "stages", "cost"),
     ("Is tone kept at every distance?", "images", "by-distance", "images"),
-    ("Are the presets as shipped close to the finest picture?", "images", "presets", "images"),
+    ("Are the presets as shipped close to the finest picture?", "images", "presets", "presets"),
     ("Is it better than other methods?", "methods", "methods", "methods"),
 )
 """Questions, the figure whose title answers each (experiment, name), and its page of results."""
