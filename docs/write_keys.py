@@ -12,8 +12,9 @@ _HEAD = """# All keys of a preset
 
 A preset is a TOML file; [Presets](presets.md) says how to make one. `lodbench list --keys` prints
 this list, `lodbench list --keys meadow` the values of one preset, and `lodbench show meadow` a
-whole file to edit. A length is text with its unit, as `"20km"` or `"500m"`. NAME is a name that you
-choose. A key that is *absent* by default may be left out, and then nothing takes its place.
+whole file to edit. A length is text with its unit, as `"20km"` or `"500m"`; where the unit is m, a
+number of metres or such a text, in mm, cm, m or km. NAME is a name that you choose. A key that is
+*absent* by default may be left out, and then nothing takes its place.
 
 `make docs` writes this page from the models that check presets, and a test compares the two.
 """

@@ -216,6 +216,8 @@ def _rule(error: ErrorDetails, field: FieldInfo | None) -> tuple[str, str]:
         return rule, _CURES.get(kind, _EVERY_KEY)
     if kind in _BOUNDS and field.description:
         rule = field.description
+    elif kind == "float_type" and "[m]" in field.title:
+        rule = "a number, or a length as 170cm or 2km"
     return rule, f"{field.title}{_default(field)}"
 
 

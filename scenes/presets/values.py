@@ -6,13 +6,22 @@ from collections.abc import Callable
 from datetime import datetime
 from typing import Annotated, Any
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, PlainSerializer
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    PlainSerializer,
+    ValidationInfo,
+    field_validator,
+)
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticCustomError
 
 from lod.errors import InputError
 
-UNITS_M = {"m": 1.0, "km": 1000.0}
+UNITS_M = {"m": 1.0, "km": 1000.0, "cm": 0.01, "mm": 0.001}
 LARGEST_SIDE = 16384
 _CURE = "write 20km or 500m"
 _LENGTH = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([^\W\d]*)\s*", re.ASCII)
@@ -29,9 +38,22 @@ FARTHEST_SIGHT_M = 330e3
 
 
 class Table(BaseModel):
-    """Frozen, closed to unknown keys, strict about types, finite numbers only."""
+    """Frozen, closed to unknown keys, strict about types, finite numbers only.
+
+    A key whose meaning says that it is in metres takes a number of them, or a length as "170cm".
+    """
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
+
+    @field_validator("*", mode="before")
+    @classmethod
+    def _in_metres(cls, value: Any, info: ValidationInfo) -> Any:
+        field = cls.model_fields[info.field_name or ""]
+        if "[m]" not in (field.title or "") or is_length(field):
+            return value
+        if isinstance(value, list | tuple):
+            return type(value)(map(_plain_length, value))
+        return _plain_length(value)
 
 
 def key(
@@ -68,6 +90,11 @@ def _reported(read: Callable[[Any], Any]) -> Callable[[Any], Any]:
             raise refuse(error.rule, error.cure) from error
 
     return reader
+
+
+def _plain_length(value: Any) -> Any:
+    found = _LENGTH.fullmatch(value) if isinstance(value, str) else None
+    return float(found[1]) * UNITS_M[found[2]] if found and found[2] in UNITS_M else value
 
 
 def _visibility(value: Any) -> Any:
