@@ -13,8 +13,7 @@ from pydantic import (
     ConfigDict,
     Field,
     PlainSerializer,
-    ValidationInfo,
-    field_validator,
+    model_validator,
 )
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticCustomError
@@ -45,15 +44,25 @@ class Table(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
 
-    @field_validator("*", mode="before")
+    @model_validator(mode="before")
     @classmethod
-    def _in_metres(cls, value: Any, info: ValidationInfo) -> Any:
-        field = cls.model_fields[info.field_name or ""]
-        if "[m]" not in (field.title or "") or is_length(field):
-            return value
-        if isinstance(value, list | tuple):
-            return type(value)(map(_plain_length, value))
-        return _plain_length(value)
+    def _in_metres(cls, data: Any) -> Any:
+        if not isinstance(data, dict):
+            return data
+        lengths = {
+            name: type(value)(map(_in_metres, value))
+            if isinstance(value, list | tuple)
+            else _in_metres(value)
+            for name, value in data.items()
+            if (field := cls.model_fields.get(name)) and "[m]" in (field.title or "")
+            if not is_length(field)
+        }
+        return data | lengths
+
+
+def _in_metres(value: Any) -> Any:
+    found = _LENGTH.fullmatch(value) if isinstance(value, str) else None
+    return float(found[1]) * UNITS_M[found[2]] if found and found[2] in UNITS_M else value
 
 
 def key(
@@ -90,11 +99,6 @@ def _reported(read: Callable[[Any], Any]) -> Callable[[Any], Any]:
             raise refuse(error.rule, error.cure) from error
 
     return reader
-
-
-def _plain_length(value: Any) -> Any:
-    found = _LENGTH.fullmatch(value) if isinstance(value, str) else None
-    return float(found[1]) * UNITS_M[found[2]] if found and found[2] in UNITS_M else value
 
 
 def _visibility(value: Any) -> Any:
