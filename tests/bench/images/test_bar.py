@@ -236,7 +236,7 @@ SMALL = ("render.size=64x36", "species.tree.density=0", "species.figure.density=
 @pytest.mark.slow
 def test_a_place_is_measured_against_its_floor_and_its_ceiling():
     place = Place("meadow", 0, "40°", (*SMALL, "seed=901", "view.detail=3"))
-    rest = Looks((8, 32), 4), choose(), 450_000_000, 0
+    rest = Looks((8, 32), 4), choose(), 600_000_000, 0
     point = bar.measure(place, *rest)
     error, floor, ceiling = (errors(point, picture=p) for p in ("tested", "floor", "ceiling"))
     assert floor < error < ceiling
