@@ -5,6 +5,7 @@ between its floor and its ceiling; ``walks`` judges stills and walks by ColorVid
 environment is made on request.
 """
 
+import gc
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -12,13 +13,15 @@ from functools import partial
 
 import numpy as np
 
-from bench.experiment import Experiment, Table, Topic
+from bench.experiment import Case, Experiment, Table, Topic
 from bench.experiments.images import BAND_MARGIN, MOST_ERROR, SHADED
-from bench.images import bar
+from bench.images import as_shipped
 from bench.images.differences import errors
+from bench.methods.environments import VIDEO
+from bench.methods.video import just_objectionable_differences
 from bench.plots import Panel, Plot, estimated, figure
 from bench.records.claims import Claim, at_least, at_most, claim, within
-from bench.records.records import Point, Record, grouped
+from bench.records.records import Column, Point, Record, columns, grouped
 from bench.statistics.estimates import (
     Estimate,
     one_sided_mean,
@@ -27,6 +30,13 @@ from bench.statistics.estimates import (
     two_sided_ratio_of_means,
 )
 from lod.arrays import Reals
+from lod.errors import InputError
+from scenes.presets.load import load_preset
+from scenes.render.budget import reference_preset
+from scenes.render.pictures import auto_exposure, to_srgb
+from scenes.render.render import build_frame, trace
+from scenes.render.variants import choose
+from scenes.scene import Scene
 
 CONTRAST_MARGIN = 0.05
 MOST_SHARE, MOST_EXCESS = 0.2, 0.02
@@ -50,7 +60,7 @@ def _sums(points: Sequence[Point], quantity: str, of: str, picture: str) -> np.n
     for point in points:
 
         def rows(of: str, picture: str, point: Point = point) -> np.ndarray:
-            bands = range(bar.BANDS)
+            bands = range(as_shipped.BANDS)
             keys = {"picture": picture, "of": of}
             return np.array([point.values(quantity, **keys, band=k) for k in bands])
 
@@ -68,7 +78,7 @@ def _in_bands(points: Sequence[Point]) -> Iterator[tuple[str, str, int, Estimate
     for of in OF:
         lit, whole = (_sums(points, "light", of, each) for each in ("tested", "reference"))
         rays, all_rays = (_sums(points, "rays", of, each) for each in ("tested", "reference"))
-        for k in range(bar.BANDS):
+        for k in range(as_shipped.BANDS):
             some = min((rays[k] > 0).sum(), (all_rays[k] > 0).sum()) > 1
             if some and all_rays[k].sum() >= LEAST_SHARE * land:
                 light = two_sided_ratio_of_means(lit[k], rays[k], whole[k], all_rays[k])
@@ -79,7 +89,7 @@ def _in_bands(points: Sequence[Point]) -> Iterator[tuple[str, str, int, Estimate
 def _contrasts(points: Sequence[Point]) -> Iterator[tuple[int, int, Estimate]]:
     """Estimate contrast as shipped ÷ reference, of every octave and judged band."""
     rays = _sums(points, "rays", "land", "reference").sum(axis=1)
-    for octave in bar.OCTAVES_PX:
+    for octave in as_shipped.OCTAVES_PX:
         for k in np.flatnonzero(rays >= LEAST_SHARE * rays.sum()).tolist():
             keys = {"octave": octave, "band": k}
             one, other = (
@@ -201,6 +211,84 @@ def _still_plots(record: Record) -> Iterator[Plot]:
     yield figure("bands", title, caption, panels)
 
 
+# A still and a walk by ColorVideoVDP.
+
+SPEED = "camera.speed=1.4"
+"""As fast as one walks [m/s]."""
+
+
+def _walk_cases(
+    presets: Sequence[str],
+    walks: int,
+    size: str | None,
+    unseen: bool,
+    frames: int,
+    samples: int,
+    still_samples: int,
+    reference_bytes: int,
+) -> list[Case]:
+    """Return the walks of every preset. Raises InputError where the judge has no environment."""
+    if VIDEO.python() is None:
+        cure = f"`lodbench environments {VIDEO.name}` makes it, or run `stills` alone"
+        raise InputError(VIDEO.name, "no environment", "ColorVideoVDP runs in it", cure)
+    rest = frames, samples, still_samples, choose(), reference_bytes
+    made: list[Case] = []
+    for name in presets:
+        every = as_shipped.places(name, walks, unseen, size)
+        suns = len(every) // walks
+        chosen = (every[number * suns + number % suns] for number in range(walks))
+        made += [partial(measure_walk, place, *rest) for place in chosen]
+    return made
+
+
+def measure_walk(
+    place: as_shipped.Place,
+    frames: int,
+    samples: int,
+    still_samples: int,
+    variant: str,
+    reference_bytes: int,
+    seed: int,
+) -> Point:
+    """Walk on from one place, and judge its first frame and the walk, in millionths of a JOD."""
+    preset = load_preset(place.preset, (*place.settings, SPEED))
+    scene, numbers = Scene(preset), range(1, frames + 1)
+    fine = scene.with_preset(reference_preset(preset, (1, frames), reference_bytes))
+    stills: dict[str, np.ndarray] = {}
+    shown: dict[str, list[np.ndarray]] = {"tested": [], "reference": [], "floor": []}
+    exposure = 0.0
+    for number in numbers:
+        for which, mine, seeds in (
+            ("reference", fine, {"reference": seed, "floor": seed + 1000}),
+            ("tested", scene, {"tested": seed}),
+        ):
+            gc.collect()
+            frame_input = (as_shipped.shipped if which == "tested" else Scene.input)(
+                mine, number, variant
+            )
+            stage = build_frame(frame_input)
+            for name, own in seeds.items():
+                quality = replace(frame_input.quality, spp=samples, seed=own)
+                light = trace(stage, quality, number).rgb.astype(np.float64)
+                exposure = exposure or auto_exposure(light)
+                shown[name].append(to_srgb(light, exposure).astype("f4"))
+                if number == 1:
+                    clear = trace(stage, replace(quality, spp=still_samples), number).rgb
+                    stills[name] = to_srgb(clear.astype(np.float64), exposure).astype("f4")[None]
+    judged = {"still": stills, "walk": {name: np.stack(row) for name, row in shown.items()}}
+    found = {"place": [place.number], "world_seed": [preset.seed]}
+    samples_of = [*columns(found)]
+    for what, each in judged.items():
+        reference = each.pop("reference")
+        jod = just_objectionable_differences(each, reference, float(preset.camera.fps))
+        samples_of += [
+            Column("jod_ppm", [round(1e6 * value)], {"what": what, "picture": name})
+            for name, value in jod.items()
+        ]
+    case = {"topic": "walks", "preset": place.preset}
+    return Point(case, samples=tuple(samples_of))
+
+
 _PRESETS = (
     *("meadow", "forest", "mountain", "aerial", "badlands"),
     *("crowd", "zoo", "campfire", "playground", "fly_in"),
@@ -214,7 +302,7 @@ EXPERIMENT = Experiment(
     topics={
         "stills": Topic(
             about="presets as shipped: luminance, coverage and contrast by distance, and FLIP",
-            cases=bar.cases,
+            cases=as_shipped.cases,
             claims=_still_claims,
             plots=_still_plots,
             tables=_still_tables,
@@ -239,7 +327,7 @@ EXPERIMENT = Experiment(
         ),
         "walks": Topic(
             about="a still and a walk of four presets as shipped, by ColorVideoVDP",
-            cases=bar.walk_cases,
+            cases=_walk_cases,
             claims=_walk_claims,
             full={
                 "presets": ["meadow", "forest", "crowd", "mountain"],

@@ -4,9 +4,6 @@ A case is one place under one sun. Its reference is traced twice, the second tim
 samples, which gives the floor of errors; the preset with its objects redrawn on the same ground,
 at its own detail, gives the ceiling. Fields, and the dust of those who walk there, are redrawn;
 what is placed one by one stays.
-
-The walks are rendered frame by frame as shipped and by the reference, that twice as well, and
-judged by ColorVideoVDP in an environment of its own.
 """
 
 import gc
@@ -32,17 +29,13 @@ from bench.images.differences import (
     sum_land,
     sums_by_band,
 )
-from bench.methods.environments import VIDEO
-from bench.methods.video import just_objectionable_differences
 from bench.records.records import Column, Point, columns
 from bench.seeds import BUILDING_SEEDS, QUICK_SEED
-from lod.errors import InputError
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.layers import SKY_Z
 from scenes.presets.load import load_preset
 from scenes.presets.schema import Preset
 from scenes.render.budget import reference_preset
-from scenes.render.pictures import auto_exposure, to_srgb
 from scenes.render.render import build_frame, trace
 from scenes.render.variants import choose
 from scenes.scene import Scene
@@ -273,79 +266,3 @@ def contrast_power(
         contrasts.append([(fine - wide)[land] / wide[land] for fine, wide in pairwise(blurs)])
     products = (a * b for a, b in zip(*contrasts, strict=True))
     return np.array([np.bincount(band, each, len(edges_m) - 1) for each in products])
-
-
-# A still and a walk by ColorVideoVDP.
-
-SPEED = "camera.speed=1.4"
-"""As fast as one walks [m/s]."""
-
-
-def walk_cases(
-    presets: Sequence[str],
-    walks: int,
-    size: str | None,
-    unseen: bool,
-    frames: int,
-    samples: int,
-    still_samples: int,
-    reference_bytes: int,
-) -> list[Case]:
-    """Return the walks of every preset. Raises InputError where the judge's environment lacks."""
-    if VIDEO.python() is None:
-        cure = f"`lodbench environments {VIDEO.name}` makes it, or run `stills` alone"
-        raise InputError(VIDEO.name, "no environment", "ColorVideoVDP runs in it", cure)
-    rest = frames, samples, still_samples, choose(), reference_bytes
-    made: list[Case] = []
-    for name in presets:
-        every = places(name, walks, unseen, size)
-        suns = len(every) // walks
-        chosen = (every[number * suns + number % suns] for number in range(walks))
-        made += [partial(measure_walk, place, *rest) for place in chosen]
-    return made
-
-
-def measure_walk(
-    place: Place,
-    frames: int,
-    samples: int,
-    still_samples: int,
-    variant: str,
-    reference_bytes: int,
-    seed: int,
-) -> Point:
-    """Walk on from one place, and judge its first frame and the walk, in millionths of a JOD."""
-    preset = load_preset(place.preset, (*place.settings, SPEED))
-    scene, numbers = Scene(preset), range(1, frames + 1)
-    fine = scene.with_preset(reference_preset(preset, (1, frames), reference_bytes))
-    stills: dict[str, np.ndarray] = {}
-    shown: dict[str, list[np.ndarray]] = {"tested": [], "reference": [], "floor": []}
-    exposure = 0.0
-    for number in numbers:
-        for which, mine, seeds in (
-            ("reference", fine, {"reference": seed, "floor": seed + 1000}),
-            ("tested", scene, {"tested": seed}),
-        ):
-            gc.collect()
-            frame_input = (shipped if which == "tested" else Scene.input)(mine, number, variant)
-            stage = build_frame(frame_input)
-            for name, own in seeds.items():
-                quality = replace(frame_input.quality, spp=samples, seed=own)
-                light = trace(stage, quality, number).rgb.astype(np.float64)
-                exposure = exposure or auto_exposure(light)
-                shown[name].append(to_srgb(light, exposure).astype("f4"))
-                if number == 1:
-                    clear = trace(stage, replace(quality, spp=still_samples), number).rgb
-                    stills[name] = to_srgb(clear.astype(np.float64), exposure).astype("f4")[None]
-    judged = {"still": stills, "walk": {name: np.stack(row) for name, row in shown.items()}}
-    found = {"place": [place.number], "world_seed": [preset.seed]}
-    samples_of = [*columns(found)]
-    for what, each in judged.items():
-        reference = each.pop("reference")
-        jod = just_objectionable_differences(each, reference, float(preset.camera.fps))
-        samples_of += [
-            Column("jod_ppm", [round(1e6 * value)], {"what": what, "picture": name})
-            for name, value in jod.items()
-        ]
-    case = {"topic": "walks", "preset": place.preset}
-    return Point(case, samples=tuple(samples_of))
