@@ -32,15 +32,8 @@ FINEST_PX, _FINER, _FILLED = 1 / 8, 2**-0.25, 0.8
 """Finest detail of a reference [px], the step between those that are tried, and the share of the
 memory that one is estimated to fill: estimates are within some 20 %."""
 
-_UNPRUNED = {
-    "metric": "blake",
-    "max_parts": None,
-    "max_memory": None,
-    "haze_aware": False,
-    "smear": "off",
-    "update_threshold": 0.0,
-    "fade": 0.0,
-}
+_UNPRUNED: dict[str, object] = {"metric": "blake", "max_parts": None, "max_memory": None}
+_UNPRUNED |= {"haze_aware": False, "smear": "off", "update_threshold": 0.0, "fade": 0.0}
 
 
 def reference_preset(
