@@ -63,8 +63,8 @@ class Topic:
                  fields first, on pixels second and on samples of a pixel last, for fields are the
                  replicates
     seconds      how long a full and a quick run take on two cores, for estimates of time alone
-    apart        whether it runs only where it is named: ``run all`` and the experiment's own name
-                 leave it out for its length
+    apart        whether ``run all`` leaves it out for its length, and so does the experiment's own
+                 name where there are others
     accepts_metric   whether it can measure an installed metric beside the built-in ones
     accepts_stems    whether it can measure a map of stems; its cases are given ``stems``: the path
                      and the SHA-256 of the file, or None
@@ -188,7 +188,9 @@ def topics_named(names: Sequence[str], key: str = "name") -> dict[str, list[str]
             in_order = sorted(every.values(), key=lambda each: not each.timed)
             asked = {each.name: each.usual for each in in_order}
         else:
-            asked = {name: every[name].usual} if name in every else {owners[name]: (name,)}
+            asked = {owners.get(name, name): (name,)}
+            if name in every:
+                asked = {name: every[name].usual or tuple(every[name].topics)}
         for experiment, topics in asked.items():
             mine = found.setdefault(experiment, [])
             mine += [each for each in topics if each not in mine]

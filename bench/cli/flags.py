@@ -228,6 +228,9 @@ EXCLUDES = (
     Rule("resume", "overwrite", "one keeps what is done, the other replaces it"),
     Rule("view.detail", "view.max_parts", "a budget of parts chooses the detail"),
     Rule("view.detail", "fit", "a budget of memory chooses the detail"),
+    Rule("view.detail", "reference", "a reference is as fine as memory allows"),
+    Rule("view.max_parts", "reference", "a reference is as fine as memory allows"),
+    Rule("fit", "reference", "one fills memory by detail alone, the other leaves nothing out"),
 )
 NEEDS = (
     Rule("tone", "preview", "frames are linear, and only previews have a tone"),
@@ -248,7 +251,7 @@ GROUPS = (
     ("How it is sampled", tuple(QUALITY_KEYS)),
     ("Frames and their files", ("pattern", "frames", *FILE_KEYS, "resume", "overwrite")),
     ("Previews", ("preview", "tone", "view", "exposure")),
-    ("Memory and processors", ("max_memory", "fit", "threads", "cluster")),
+    ("Memory and processors", ("max_memory", "fit", "reference", "threads", "cluster")),
 )
 """Headings of -h, and the flags below each; what is in no group stands last."""
 

@@ -1,10 +1,10 @@
 """What does pruning do to pictures, by error, brightness, coverage and frequency? (§2.1, §2.4)
 
 ``fidelity`` compares pictures of unseen fields with a much finer reference, and metrics at equal
-error; ``fidelity_shipped`` does so for presets at their shipped settings; ``cover`` follows
-luminance and coverage to 5 km against the unpruned scene, with far cover and without; ``spectrum``
-holds powers of the difference against the cut-off of m; ``pixels`` counts an object's parts against
-the pixels that it covers; ``colonnade`` is Leonardo's row of columns.
+error (``bar`` does so for presets at their shipped settings); ``cover`` follows luminance and
+coverage to 5 km against the unpruned scene, with far cover and without; ``spectrum`` holds powers
+of the difference against the cut-off of m; ``pixels`` counts an object's parts against the pixels
+that it covers; ``colonnade`` is Leonardo's row of columns.
 """
 
 import math
@@ -15,11 +15,11 @@ from itertools import pairwise
 import numpy as np
 
 from bench.experiment import Experiment, Topic
-from bench.images import colonnade, cover, fields, pixels, shipped, spectrum
+from bench.images import colonnade, cover, fields, pixels, spectrum
 from bench.images.differences import band_name, coverage_ratio, errors, luminance_ratio, same_place
 from bench.images.equal_error import EQUAL_ERROR, GRASS_ERROR, Reached, equal_error
 from bench.plots import Curve, Panel, Plot, curves, estimated, figure
-from bench.records.claims import EXACT, UNREPLICATED, Claim, at_most, claim, equals, within
+from bench.records.claims import EXACT, Claim, at_most, claim, equals, within
 from bench.records.records import NOTE, Point, Record, grouped, where
 from bench.statistics.estimates import (
     Estimate,
@@ -85,28 +85,6 @@ def _compared_at(view: str) -> float:
 
 def _swept(points: Sequence[Point]) -> dict[str, Reached]:
     return equal_error(points, errors, _compared_at(points[0].case["view"]))
-
-
-def _shipped_claims(points: Sequence[Point]) -> Iterator[Claim]:
-    control = np.concatenate([errors(p) for p in where(points, pruned=shipped.NOTHING)])
-    estimand, of_place = "FLIP of shipped references to themselves", partial(_claim, unit="place")
-    yield of_place(estimand, within(0, CONTROL), {}, two_sided_mean(control))
-    for point in where(points, step=1.0):
-        pruned = point.case["pruned"]
-        if pruned == shipped.NOTHING:
-            continue
-        preset = {"preset": point.case["preset"], "pruned": pruned}
-        shown = (point.case["preset"], pruned) == ("meadow", shipped.EVERYTHING)
-        estimand = "FLIP to the fine reference at shipped settings"
-        found, bound = one_sided_mean(errors(point)), at_most(MOST_ERROR)
-        yield of_place(estimand, bound, preset, found, headline=shown)
-        light = two_sided_mean(shipped.light_ratios(point))
-        estimand = "luminance ratio of the land at shipped settings"
-        yield of_place(estimand, within(1, 0.01), preset, light)
-        tones = shipped.judged_bands(point).values()
-        off = exactly(float(sum(abs(tone.mean() - 1) > BAND_MARGIN for tone in tones)))
-        estimand = f"bands of distance whose luminance is off by more than {100 * BAND_MARGIN:g} %"
-        yield _claim(estimand, at_most(0), preset, off, unit=UNREPLICATED)
 
 
 def _cover_claims(points: Sequence[Point]) -> Iterator[Claim]:
@@ -252,81 +230,6 @@ def _metrics_plot(points: Sequence[Point]) -> Plot:
     return figure("metrics", title, caption, panels)
 
 
-def _shipped_plots(record: Record) -> Iterator[Plot]:
-    points = [p for p in record.points if len(errors(p)) > 1]
-    shown = where(points, step=1.0)
-    found = {id(p): one_sided_mean(errors(p)) for p in points}
-    everything = where(shown, pruned=shipped.EVERYTHING)
-    names = [p.case["preset"] for p in sorted(everything, key=lambda p: found[id(p)].value)]
-    panels = []
-    if names:
-        drawn = []
-        for (pruned,), row in grouped(shown, "pruned").items():
-            row = sorted(row, key=lambda p: names.index(p.case["preset"]))
-            x = [float(names.index(p.case["preset"])) for p in row]
-            drawn.append(
-                estimated(_SAYS.get(pruned, pruned), x, [found[id(p)] for p in row], least=_LEAST)
-            )
-        axis, scale = ("preset, at its shipped τ", "FLIP, one-sided 95 % bounds"), ("linear", "log")
-        panels.append(Panel("Shipped settings", axis, drawn, scale, "points", names))
-    for (pruned,), rows in grouped(points, "pruned").items():
-        drawn = []
-        for (preset,), row in grouped(rows, "preset").items():
-            at = {float(p.case["step"]): found[id(p)] for p in row}
-            if len(at) > 1:
-                drawn.append(
-                    estimated(preset, sorted(at), [at[x] for x in sorted(at)], least=_LEAST)
-                )
-        axis = "τ ÷ the shipped τ", "FLIP, one-sided 95 % bounds"
-        panels.append(Panel(f"Against τ: {_SAYS.get(pruned, pruned)}", axis, drawn))
-    passed = sum(found[id(p)].high <= MOST_ERROR for p in everything)
-    title = (
-        f"As shipped, {passed} of {len(names)} presets stay within FLIP {MOST_ERROR:g} of the "
-        "finest picture"
-    )
-    caption = (
-        "Means over places, FLIP without noise. The floor is the reference against itself with "
-        "other samples; records that hold no ceiling show none."
-    )
-    if any(panel.drawn for panel in panels):
-        yield figure("presets", title, caption, panels)
-    if everything:
-        yield _bands_plot(everything)
-
-
-_SAYS = {shipped.NOTHING: "floor: reference to itself", shipped.EVERYTHING: "as shipped"}
-
-
-def _bands_plot(points: Sequence[Point]) -> Plot:
-    """Draw luminance and coverage of presets, with grass and without, from near to far."""
-    lit, filled, told = [], [], []
-    for point in points:
-        tones = shipped.judged_bands(point)
-        bands = [float(k + 1) for k in tones]
-        label = point.case["preset"]
-        lit.append(Curve(label, bands, [float(each.mean()) for each in tones.values()]))
-        covers = [coverage_ratio(point, k).value for k in tones]
-        filled.append(Curve(label, bands, covers))
-        told.append((min(covers), label))
-    least, preset = min(told)
-    title = f"By distance, coverage falls to {least:.2f} of the reference's in {preset}"
-    caption = (
-        "Presets at their shipped settings: means over places by bands that are even in the "
-        "logarithm, from twice the height of the eye to where air or ground ends. Shaded: ± 2 %."
-    )
-    panels = [
-        Panel(
-            "",
-            ("band of distance, near to far", f"{what} ÷ the reference's"),
-            drawn,
-            ("linear", "linear"),
-            between=SHADED,
-        )
-        for what, drawn in (("luminance", lit), ("coverage", filled))
-    ]
-    return figure("bands", title, caption, panels)
-
-
 def _cover_plots(record: Record) -> Iterator[Plot]:
     clear = where(record.points, air="clear")
     looks = {
@@ -399,11 +302,6 @@ def _pixel_plots(record: Record) -> Iterator[Plot]:
     yield figure("pixels", title, caption, panels)
 
 
-_SIX_PLACES = (
-    *("meadow", "forest", "aerial", "mountain", "badlands"),
-    *("crowd", "zoo", "campfire", "playground"),
-)
-
 EXPERIMENT = Experiment(
     name="images",
     order=70,
@@ -438,32 +336,6 @@ EXPERIMENT = Experiment(
                 "unseen": False,
             },
             seconds=(2600.0, 230.0),
-        ),
-        "fidelity_shipped": Topic(
-            about="every preset at its shipped settings against a far finer reference",
-            cases=shipped.cases,
-            claims=_shipped_claims,
-            plots=_shipped_plots,
-            full={
-                "presets": {**dict.fromkeys(_SIX_PLACES, 6), "fly_in": 3},
-                "apart": ["mountain", "badlands", "meadow", "aerial"],
-                "size": "320x180",
-                "unseen": True,
-                "samples": [16, 64, 256],
-                "light_passes": 32,
-                "reference_bytes": 3_000_000_000,
-            },
-            quick={
-                "presets": {"mountain": 2, "meadow": 2, "fly_in": 2},
-                "apart": ["mountain"],
-                "size": "64x36",
-                "unseen": False,
-                "samples": [4, 16, 64],
-                "light_passes": 16,
-                "reference_bytes": 600_000_000,
-            },
-            seconds=(9500.0, 120.0),
-            apart=True,
         ),
         "cover": Topic(
             about="luminance and coverage to 5 km, with and without far cover, against unpruned",

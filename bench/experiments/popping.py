@@ -5,9 +5,8 @@ them: a part switches where its disc of radius √(D² − h²) about the eye ga
 s switches K times the area in one of two such discs and not in the other. Then short walks are
 rendered unpruned, pruned with fading and pruned without.
 
-``popping_shipped`` walks through presets as shipped, in shaded pictures: from place 0, where a
-preset is judged. Each walk is pruned as shipped, and clipped: parts then vanish at their limit all
-at once.
+``popping_shipped`` walks through presets as shipped, in shaded pictures of another world. Each walk
+is pruned as shipped, and clipped: parts then vanish at their limit all at once.
 
 ``films`` pans fast, walks past walkers, stops a turn and flies over trees, as each is pruned (by
 motion too, and with parts kept for as long as they are off by less than half a pixel), unpruned,
@@ -25,7 +24,6 @@ from jaxtyping import Bool
 
 from bench.counting import EYE_HEIGHT_M, FLAT
 from bench.experiment import Case, Experiment, Topic
-from bench.images.shipped import places
 from bench.motion_residual import measure_walk, rows_missing, seen_of
 from bench.part_sizes import density_of, prototypes_with, seed_of
 from bench.plots import Curve, Plot, curves
@@ -178,8 +176,8 @@ def _shipped_cases(
 ) -> list[Case]:
     made: list[Case] = []
     for preset in presets:
-        place = places(preset, 1, size, first_seed(unseen))[0]
-        looks = (*place.settings, f"render.spp={spp}", SPEED)
+        place = f"render.size={size}", f"seed={first_seed(unseen)}", "light.sun_elevation=20"
+        looks = (*place, f"render.spp={spp}", SPEED)
         for way in SHIPPED_WAYS:
             for first in range(1, pairs + 1, AT_ONCE):
                 some = first, min(AT_ONCE, pairs + 1 - first)

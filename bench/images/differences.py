@@ -232,9 +232,10 @@ def coverage_ratio(
     return two_sided_paired_ratio(*band_sums(point, "rays", band, pictures))
 
 
-def errors(point: Point) -> Reals:
-    """Return mean FLIP without noise of every replicate, (n,)."""
-    mine = [each for each in point.samples if each.quantity == "flip_ppm"]
+def errors(point: Point, **keys: Key) -> Reals:
+    """Return mean FLIP without noise of every replicate, of the columns with these keys, (n,)."""
+    flips = [each for each in point.samples if each.quantity == "flip_ppm"]
+    mine = [each for each in flips if keys.items() <= each.keys.items()]
     found = sorted(mine, key=lambda each: int(each.keys["samples"]))
     counts = np.array([each.keys["samples"] for each in found], np.float64)
     return noise_free(counts, np.array([each.values for each in found]) / 1e6)

@@ -18,6 +18,7 @@ from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
+from jaxtyping import Float64
 
 from bench.experiment import Case
 from bench.images.differences import (
@@ -32,13 +33,15 @@ from bench.images.differences import (
     look,
     sums_by_band,
 )
-from bench.images.shipped import Shown, display_ground, display_others
 from bench.records.records import Column, Key, Point, columns, pictures
 from bench.seeds import first_seed
-from lod.metric import METRICS
+from lod.arrays import Points
+from lod.metric import METRICS, Metric
+from lod.pruner import prune
 from lod.view import View
-from scenes.frame.frame_input import FrameInput
+from scenes.frame.frame_input import DisplayedRepresentation, FrameInput, display
 from scenes.frame.layers import SKY_Z
+from scenes.ground.shading import AggregateCover, ResidualCover
 from scenes.models.catalogue import PROTOTYPE_SEED
 from scenes.plugins import metric_by_name
 from scenes.presets.load import load_preset, preset_from
@@ -146,6 +149,60 @@ class Field:
 def scene_of(field: Field, seed: int) -> Scene:
     """Bind a field to its world in a run of a seed."""
     return Scene(field.preset(seed), prototype_seed=field.prototype_seed)
+
+
+Shown = tuple[DisplayedRepresentation, ...]
+
+
+@dataclass(frozen=True)
+class CoverOf:
+    """The cover that is left on the ground by objects with a detail [px] and a metric of their own.
+
+    It is an AggregateCover of ``scenes.ground``.
+    """
+
+    cover: AggregateCover
+    detail: float
+    metric: Metric
+
+    @property
+    def highest(self) -> float:
+        """Largest height by which the cover can raise the ground [m]."""
+        return self.cover.highest
+
+    def residual(
+        self, view: View, points: Points, slopes: Float64[np.ndarray, "n 2"] | None = None
+    ) -> ResidualCover:
+        """Return what is left at points (n, 3) of the ground of a view, however that is pruned."""
+        own = replace(view, detail=self.detail, metric=self.metric)
+        return self.cover.residual(own, points, slopes)
+
+
+def display_ground(
+    world: World,
+    view: View,
+    detail: float,
+    of_others: float,
+    metric_of_others: Metric | None = None,
+) -> Shown:
+    """Display the ground at a detail [px], under the cover of what is pruned at ``of_others``.
+
+    That is pruned by the view's metric unless it has another.
+    """
+    terrain, cover = world.terrain, world.terrain.aggregate_cover
+    if cover is not None:
+        terrain = replace(
+            terrain, aggregate_cover=CoverOf(cover, of_others, metric_of_others or view.metric)
+        )
+    at = replace(view, detail=detail)
+    return (display(terrain, prune(terrain, at), at),)
+
+
+def display_others(world: World, view: View, detail: float) -> Shown:
+    """Display all but the ground at a detail [px]."""
+    at = replace(view, detail=detail)
+    others = (each for each in world.representations if each is not world.terrain)
+    return tuple(display(each, prune(each, at), at) for each in others)
 
 
 def reference(world: World, view: View) -> Shown:

@@ -14,7 +14,7 @@ from lod.view import View
 from scenes.field.forecast import forecast_field
 from scenes.presets.schema import Preset
 from scenes.processes.memory_limit import MemoryLimit, memory_limit, size_text
-from scenes.render.memory import parts_bytes, predicted_bytes, preflight
+from scenes.render.memory import forecast, frame_bytes, parts_bytes, predicted_bytes, preflight
 from scenes.render.variants import choose
 from scenes.scene import Scene
 from scenes.world.world import World
@@ -27,6 +27,50 @@ _FAR_OVER = 2.0
 
 _STEPS = 12
 """Halvings, on a logarithmic scale, of the details between which the finest ground is sought."""
+
+FINEST_PX, _FINER, _FILLED = 1 / 8, 2**-0.25, 0.8
+"""Finest detail of a reference [px], the step between those that are tried, and the share of the
+memory that one is estimated to fill: estimates are within some 20 %."""
+
+_UNPRUNED: dict[str, object] = {"metric": "blake", "max_parts": None, "max_memory": None}
+_UNPRUNED |= {"haze_aware": False, "smear": "off", "update_threshold": 0.0, "fade": 0.0}
+
+
+def reference_preset(
+    preset: Preset,
+    frames: Sequence[int],
+    most_bytes: int | None = None,
+    note: Callable[[str], object] = lambda text: None,
+) -> Preset:
+    """Give the preset of the references of a preset's frames: as fine as memory allows.
+
+    Nothing is left out for air, blur or an eye, and nothing fades. The detail is the finest, from
+    one pixel to FINEST_PX, at which all frames are estimated to need at most so many bytes
+    (``memory_limit``) and the ground can be made; ``note`` is called with a line that tells it.
+    Raises InputError where not even one pixel fits.
+    """
+    plain = {"view": preset.view.model_copy(update=_UNPRUNED), "display": None, "eye": None}
+    air = preset.air.model_copy(update={"seeing": 0.0})
+    scene, limit = Scene(preset.model_copy(update={**plain, "air": air})), memory_limit(most_bytes)
+    preflight(scene, (), most_bytes)
+    variant = choose(preset.render.variant, preset.render.spectral)
+    detail, needed, next_finer, why = 0.0, 0, 1.0, f"finer than {FINEST_PX:g} px is not tried"
+    while next_finer > FINEST_PX * (1 - 1e-9):
+        views = (replace(scene.view(frame), detail=next_finer) for frame in frames)
+        try:
+            found = [frame_bytes(forecast(scene.world, v), scene.preset, variant) for v in views]
+        except InputError:
+            why = "the ground can be no finer"
+            break
+        if limit.bytes is not None and max(found) > _FILLED * limit.bytes:
+            why = f"finer is too much for {limit.told}"
+            break
+        detail, needed, next_finer = next_finer, max(found), next_finer * _FINER
+    if not detail:
+        rule = "a reference at one pixel needs more, or ground that cannot be made"
+        raise InputError("--max-memory", limit.told, rule, "allow more, or ask for fewer pixels")
+    note(f"lodbench: --reference: {detail:.3g} px, about {size_text(needed)}; {why}")
+    return _at_detail(scene.preset, detail)
 
 
 def within_budget(

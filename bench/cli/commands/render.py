@@ -56,6 +56,9 @@ from scenes.render.pictures import PictureStyle
 @click.option("--threads", type=click.IntRange(0, 1024), default=0, help="0 = one for each core.")
 @click.option("--fit", is_flag=True, help="Set --detail so that frames fill --max-memory instead.")
 @click.option(
+    "--reference", is_flag=True, help="Leave nothing out: as fine as --max-memory allows."
+)
+@click.option(
     "--cluster", metavar="N|ADDRESS|FILE", help="Workers to start here, or a Dask scheduler."
 )
 @click.option("--json", "as_json", is_flag=True, help="A JSON object per frame on stdout.")
@@ -72,6 +75,7 @@ def command(
     threads: int,
     max_memory: int | None,
     fit: bool,
+    reference: bool,
     cluster: str | None,
     as_json: bool,
     **flags: Any,
@@ -83,11 +87,16 @@ def command(
     chosen = preset_from_flags(preset, **flags)
     if fit:
         chosen = fit_to_memory(chosen, max_memory)
+    from scenes.render.budget import reference_preset
     from scenes.render.render_files import Workers, render_files, settled
 
+    tell = partial(click.echo, err=True)
     check_targets([frame_path(pattern, number) for number in numbers])
     check_ours(_previews(pattern) if preview else (), overwrite, "--preview")
-    settings = settled(chosen, pattern, numbers, max_memory, partial(click.echo, err=True))
+    if reference:
+        some = [numbers[0], numbers[len(numbers) // 2], numbers[-1]]
+        chosen = reference_preset(chosen, sorted(set(some)), max_memory, tell)
+    settings = settled(chosen, pattern, numbers, max_memory, tell)
     workers = Workers(threads, max_memory, cluster)
     with output(as_json) as out:
         records: list[dict[str, Any]] = []

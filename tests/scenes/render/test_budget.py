@@ -7,7 +7,7 @@ import pytest
 from lod.errors import InputError
 from lod.part_budget import MIN_BUDGET_USE
 from scenes.presets.load import load_preset
-from scenes.render.budget import parts_displayed, within_budget
+from scenes.render.budget import FINEST_PX, parts_displayed, reference_preset, within_budget
 from scenes.render.memory import predict_bytes, predicted_bytes
 from scenes.render.variants import choose
 from scenes.scene import Scene, frame_quality
@@ -78,3 +78,34 @@ def test_a_budget_that_cannot_be_filled_shows_the_finest_there_is_and_says_so(ca
     (line,) = said
     assert line.startswith(f"lodbench: --max-parts 3,000,000: {shown:,} parts at ")
     assert line.endswith(("that is all there is", "the ground can be no finer"))
+
+
+def test_a_reference_leaves_nothing_out_and_is_as_fine_as_memory_allows():
+    lavish = [
+        "view.fade=0.3",
+        "view.metric=depth",
+        "view.detail=9",
+        "air.seeing=5",
+        "world.extent=60",
+    ]
+    asked = load_preset(str(TINY), [*lavish, 'render.size="64x36"'])
+    said: list[str] = []
+    found = reference_preset(asked, (1, 3), 0, said.append)
+    assert found.view.detail == pytest.approx(FINEST_PX)
+    assert said[0].startswith("lodbench: --reference: 0.125 px, about 3")
+    assert said[0].endswith("finer than 0.125 px is not tried")
+    view = Scene(found).view(1)
+    assert (view.fade, view.metric.name, view.conditions) == (0.0, "blake", None)
+    same = {"view", "air", "display", "eye"}
+    assert found.model_dump(exclude=same) == asked.model_dump(exclude=same)
+    with pytest.raises(InputError, match="one pixel needs more"):
+        reference_preset(asked, (1,), 370_000_000)
+
+
+@pytest.mark.slow
+def test_more_memory_makes_a_finer_reference():
+    few = ["world.extent=300", "species.figure.prototypes=2", "species.tree.density=0"]
+    asked = load_preset("crowd", ['render.size="64x36"', *few])
+    most = (500_000_000, 700_000_000, 900_000_000)
+    details = [reference_preset(asked, (1,), each).view.detail for each in most]
+    assert details == sorted(details, reverse=True) and details[0] > details[-1]
