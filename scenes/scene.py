@@ -31,7 +31,6 @@ from lod.update_schedule import (
 from lod.view import View
 from lod.viewing import Defocus, ViewingConditions, blur_widths
 from scenes.actors.performance import Performance
-from scenes.field.far_cover import turbid_canopy
 from scenes.frame.frame_input import (
     DisplayedRepresentation,
     FrameInput,
@@ -100,11 +99,8 @@ class Scene:
 
     @property
     def light(self) -> Light:
-        """Return the sun and sky, with a canopy over the air where haze is scattered light."""
-        light = sun_and_sky(self.preset)
-        if self.preset.render.haze != "scattered":
-            return light
-        return replace(light, canopy=turbid_canopy(tuple(f.species for f in self.world.fields)))
+        """Return the sun and sky."""
+        return sun_and_sky(self.preset)
 
     def time_s(self, frame: float) -> float:
         """Compute when a frame begins [s]: frame 1 at 0."""

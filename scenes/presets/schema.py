@@ -300,9 +300,8 @@ class RenderPreset(Table):
     )
     max_depth: int = key("longest light path, in segments", 4, least=1, most=64)
     variant: Annotated[str, Field(min_length=1)] = key("Mitsuba variant, or auto", "auto")
-    haze: Literal["analytic", "scattered", "medium"] = key(
-        "airlight of the horizon's sky or as the air scatters it, or a medium (reference)",
-        "analytic",
+    haze: Literal["analytic", "medium"] = key(
+        "airlight of the horizon's sky, or a medium that scatters light (reference)", "analytic"
     )
     spectral: bool = key("light of 16 bands, not of three colours (reference)", False)
 
@@ -389,6 +388,6 @@ class Preset(Table):
             if metric.along_axis:
                 raise refuse("needs a view axis, not a panorama", "choose blake", "view.metric")
             if self.render.spectral or self.render.haze == "medium":
-                rule = "a panorama is rendered in colours, with haze that is analytic or scattered"
+                rule = "a panorama is rendered in colours, with analytic haze"
                 raise refuse(rule, "leave --spectral and --haze out", "camera.projection")
         return self

@@ -397,7 +397,6 @@ def describe_frame(frame_input: FrameInput) -> Description:
             "to_sun": frame_input.light.to_sun,
             "turbidity": frame_input.light.turbidity,
             "weight": quality.sun_sampling,
-            "canopy": frame_input.light.canopy,
         },
         "integrator": {"max_depth": quality.max_depth},
         "shapes": shapes,

@@ -43,7 +43,7 @@ from scenes.render.pictures import PictureStyle
 )
 @click.option("--spp", metavar="N", help="Samples per pixel.")
 @click.option("--variant", metavar="NAME", help="Mitsuba variant, or auto.")
-@value_option("--haze", metavar="NAME", help="analytic, scattered or medium.")
+@value_option("--haze", metavar="NAME", help="analytic or medium.")
 @click.option("--spectral", is_flag=True, default=None, help="Wavelengths instead of RGB.")
 @click.option(
     "--update-threshold", metavar="PX", help="Redraw parts once they moved so far; 0 = always."

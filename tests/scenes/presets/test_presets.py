@@ -34,7 +34,7 @@ def test_a_key_tells_its_type_unit_range_and_default() -> None:
     assert fov.range == "above 0 and below 180"
     assert (mist.kind, mist.default, mist.required) == ("length", 50.0, False)
     assert entries["species.NAME.density"].required
-    assert entries["render.haze"].kind == '"analytic" or "scattered" or "medium"'
+    assert entries["render.haze"].kind == '"analytic" or "medium"'
 
 
 @pytest.mark.parametrize("name", NAMES)
