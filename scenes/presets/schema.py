@@ -29,7 +29,6 @@ from scenes.presets.values import (
     Height,
     Metres,
     Moment,
-    MostMemory,
     MostParts,
     PowerOfTwo,
     Size,
@@ -175,7 +174,6 @@ class ViewPreset(Table):
     metric: str = key("which member of the metric family decides, see `lodbench list`", "blake")
     detail: float = key("detail threshold τ [px]", 1.0, above=0, most=1e6)
     max_parts: MostParts = None
-    max_memory: MostMemory = None
     offscreen_detail: float = key(
         "share of the detail that is kept out of view", 0.25, above=0, most=1
     )

@@ -198,10 +198,6 @@ MostParts = Annotated[
     Annotated[int, Field(ge=1, le=10**12)] | None,
     key("parts displayed at most, 1 to 1e12: they choose the detail; absent = no limit"),
 ]
-MostMemory = Annotated[
-    Annotated[int, Field(ge=10**6, le=10**15)] | None,
-    key("bytes a frame may be foreseen to need, 1e6 to 1e15: they choose the detail; absent = any"),
-]
 Size = Annotated[
     tuple[Side, Side],
     BeforeValidator(_reported(_size)),

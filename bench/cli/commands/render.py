@@ -23,7 +23,6 @@ from bench.cli.flags import (
     view_flags,
 )
 from bench.cli.output import Output, frame_progress, output, tell_first_run
-from lod.errors import InputError
 from scenes.files import check_ours, check_pattern, frame_path
 from scenes.presets.schema import Preset
 from scenes.render.pictures import PictureStyle
@@ -54,7 +53,6 @@ from scenes.render.pictures import PictureStyle
 @click.option("--resume", is_flag=True, help="Keep frames done with these settings (the default).")
 @click.option("--overwrite", is_flag=True, help="Render anew and replace whatever is there.")
 @click.option("--threads", type=click.IntRange(0, 1024), default=0, help="0 = one for each core.")
-@click.option("--fit", is_flag=True, help="Set --detail so that frames fill --max-memory instead.")
 @click.option(
     "--cluster", metavar="N|ADDRESS|FILE", help="Workers to start here, or a Dask scheduler."
 )
@@ -71,7 +69,6 @@ def command(
     overwrite: bool,
     threads: int,
     max_memory: int | None,
-    fit: bool,
     cluster: str | None,
     as_json: bool,
     **flags: Any,
@@ -81,8 +78,6 @@ def command(
     numbers = frame_numbers(frames)
     look = PictureStyle(tone, exposure, view)
     chosen = preset_from_flags(preset, **flags)
-    if fit:
-        chosen = fit_to_memory(chosen, max_memory)
     from scenes.render.render_files import Workers, render_files, settled
 
     check_targets([frame_path(pattern, number) for number in numbers])
@@ -150,14 +145,6 @@ def _preview(
     for picture in pictures:
         out.say(str(picture))
     return [str(picture) for picture in pictures]
-
-
-def fit_to_memory(preset: Preset, most_bytes: int | None) -> Preset:
-    """Let a preset ask for the detail with which its frames fill so much memory."""
-    if not most_bytes:
-        raise InputError("--max-memory --fit", "0", "it fills a budget", "write --max-memory 4GB")
-    view = preset.view.model_copy(update={"max_memory": most_bytes})
-    return preset.model_copy(update={"view": view})
 
 
 def _previews(pattern: str) -> tuple[Path, Path]:

@@ -102,12 +102,6 @@ CASES: list[tuple[tuple[str, ...], tuple[str, ...]]] = [
     ((*RENDER, "--tone", "linear"), ("--tone", "'alone'", "add --preview")),
     ((*RENDER, "--view", "level"), ("--view", "'alone'", "add --preview")),
     ((*RENDER, "--exposure", "1"), ("--exposure", "'alone'", "add --preview")),
-    ((*RENDER, "--fit"), ("--fit", "'alone'", "--max-memory 4GB")),
-    ((*RENDER, "--fit", "--max-memory", "0"), ("--fit", "'0'", "--max-memory 4GB")),
-    (
-        (*RENDER, "--fit", "--max-memory", "4GB", "--detail", "2"),
-        ("--detail --fit", "'both'"),
-    ),
     (("verify", "here", "--threads", "2"), ("--threads", "'alone'", "add --repair")),
     (("verify", "here", "--max-memory", "4GB"), ("--max-memory", "'alone'", "add --repair")),
     (("run", "all", "nosuch", "-o", "out"), ("EXPERIMENT", "'nosuch'", "one of")),
