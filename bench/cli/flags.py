@@ -293,7 +293,6 @@ def check_flags(ctx: click.Context, order: Sequence[click.Parameter]) -> None:
 
 
 def _said_keys(ctx: click.Context, order: Sequence[click.Parameter]) -> Iterator[tuple[str, str]]:
-    """Yield the key, or the name of the flag, and the source of everything that was given."""
     for parameter in order:
         name = parameter.name or ""
         given = ctx.get_parameter_source(name) == ParameterSource.COMMANDLINE

@@ -93,7 +93,6 @@ def _meadow() -> tuple[FrameInput, str]:
 
 
 def _by_distance(frame: FrameInput, seed: int) -> dict[float, dict[str, int]]:
-    """Return mean luminance by every kind of haze, and median ΔE of RGB and spectral, by band."""
     seen = {}
     for kind, spp in MEADOW_SPP.items():
         variant = choose("auto", kind == "spectral")
@@ -182,7 +181,6 @@ def _visibility(point: Point) -> Iterator[Claim]:
 
 
 def _of_band(point: Point) -> Iterator[Claim]:
-    """Claim that the closed form is as bright as the medium, and RGB has spectral colours."""
     at, of_seed = {"preset": "meadow", "distance": label(point)}, partial(_claim, unit="seed")
     if point.case["from"] != SKY:
         share = two_sided_mean(point.values("analytic") / point.values("medium"))

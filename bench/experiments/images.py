@@ -190,7 +190,6 @@ def _fidelity_plots(record: Record) -> Iterator[Plot]:
 
 
 def _by_distance(points: Sequence[Point]) -> Iterator[Plot]:
-    """Draw luminance, coverage and error of every view by bands of distance."""
     kinds: dict[str, Callable[[Point, int], Estimate | None]] = {
         "luminance ÷ the reference's": luminance_ratio,
         "coverage ÷ the reference's": coverage_ratio,
@@ -227,7 +226,6 @@ def _by_distance(points: Sequence[Point]) -> Iterator[Plot]:
 
 
 def _metrics_plot(points: Sequence[Point]) -> Plot:
-    """Draw the error of every metric in every view by the parts that it displays."""
     panels, ratios = [], []
     for (view,), swept in grouped(points, "view").items():
         drawn = []
@@ -298,7 +296,6 @@ _SAYS = {shipped.NOTHING: "floor: reference to itself", shipped.EVERYTHING: "as 
 
 
 def _bands_plot(points: Sequence[Point]) -> Plot:
-    """Draw luminance and coverage of presets, with grass and without, from near to far."""
     lit, filled, told = [], [], []
     for point in points:
         tones = shipped.judged_bands(point)

@@ -164,7 +164,6 @@ class ResidualCover:
 def _distinct(
     prototypes: tuple[Prototype | RiggedPrototype, ...],
 ) -> tuple[Prototype | RiggedPrototype, ...]:
-    """Leave out prototypes that differ only in the limits of their parts."""
     looks = [content_key(each.inner, each.leaf) for each in prototypes]
     return tuple(dict(zip(looks, prototypes, strict=True)).values())
 

@@ -355,7 +355,6 @@ class Dust(ParticleSystem):
     def _ground_below(
         self, corner: Corner, xy: Float64[np.ndarray, "m 2"], radius: Reals
     ) -> tuple[Reals, Float64[np.ndarray, "m 2"]]:
-        """Height and slopes of the ground below puffs, from four points of their edges."""
         sides = np.array(((1, 0), (-1, 0), (0, 1), (0, -1)), np.float64)
         edge = (xy + sides[:, None] * radius[:, None]).reshape(-1, 2)
         east, west, north, south = self.walkers.ground.height(corner, edge).reshape(4, -1)

@@ -254,7 +254,6 @@ def _integrators(description: Description) -> dict[str, Any]:
 
 
 def _box(box: Description) -> Any:
-    """Twelve triangles about the origin that bend no light, around air that scatters it."""
     air = {
         "type": "homogeneous",
         "sigma_t": {"type": "rgb", "value": box["beta"].tolist()},
