@@ -216,12 +216,6 @@ class Dust(ParticleSystem):
         sizes = (column.tolist() for column in (legs.stride, far, puffs))
         return tuple(_hierarchy(*each) for each in zip(*sizes, strict=True))
 
-    @property
-    def top_m(self) -> float:
-        """Bound on its height above the ground under it [m]."""
-        tilted = STEEPEST * OLD * (1 + WISP)
-        return float(self.legs.stride.max()) * (2 * HIGH + tilted + GRAIN)
-
     def limits(self, view: View) -> Float64[np.ndarray, "2 v l"]:
         """Return the limit distances of each prototype's levels [m]; 0 without legs."""
         limits = super().limits(view)

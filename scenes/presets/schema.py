@@ -24,9 +24,7 @@ from scenes.presets.things import (
 from scenes.presets.values import (
     LARGEST_SEED,
     Cell,
-    Depth,
     Extent,
-    Height,
     Metres,
     Moment,
     MostParts,
@@ -197,12 +195,9 @@ class ViewPreset(Table):
 
 
 class AirPreset(Table):
-    """Haze and mist. Koschmieder's 2 %: beta = 3.912/visibility (not the WMO's 5 %)."""
+    """Haze. Koschmieder's 2 %: beta = 3.912/visibility (not the WMO's 5 %)."""
 
     visibility: Visibility = None
-    mist: Visibility = None
-    mist_base: Height = key("below it mist is even; above the datum, as 20m or -5m", 0.0)
-    mist_scale: Depth = key("above its base mist thins e-fold over this, as 50m", 50.0)
     seeing: float = key(
         "full width of the blur by turbulence [seconds of arc]", 0.0, least=0, most=3600
     )

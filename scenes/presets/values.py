@@ -138,14 +138,6 @@ def parse_crop(text: str, size: tuple[int, int], where: str = "crop") -> tuple[i
 def parse_length(text: object, where: str = "length") -> float:
     """Parse a length with its unit, in metres. Raises InputError without one, or unless above 0."""
     match = _LENGTH.fullmatch(text) if isinstance(text, str) else None
-    if match is not None and not float(match[1]) > 0:
-        raise InputError(where, text, "a length above 0, with its unit", _CURE)
-    return parse_height(text, where)
-
-
-def parse_height(text: object, where: str = "height") -> float:
-    """Parse a height with its unit, in metres, of either sign. Raises InputError without a unit."""
-    match = _LENGTH.fullmatch(text) if isinstance(text, str) else None
     if match is None:
         rule, cure = "a number with its unit, m or km", _CURE
         if isinstance(text, int | float):
@@ -156,7 +148,7 @@ def parse_height(text: object, where: str = "height") -> float:
         rule = "a length names its unit, m or km"
         raise InputError(where, text, rule, f"write {number}km or {number}m")
     length = float(number) * UNITS_M[unit]
-    if not math.isfinite(length):
+    if not 0 < length < math.inf:
         raise InputError(where, text, "a length above 0 and finite", _CURE)
     return length
 
@@ -177,16 +169,6 @@ Visibility = Annotated[
     BeforeValidator(_reported(_visibility)),
     PlainSerializer(_metres),
     key("distance at which 2 % of contrast is left, 1m to 330km; absent or 'clear' = no haze"),
-]
-Height = Annotated[
-    Annotated[float, Field(ge=-1e6, le=1e6)],
-    BeforeValidator(_reported(parse_height)),
-    PlainSerializer(_metres),
-]
-Depth = Annotated[
-    Annotated[float, Field(ge=0.1, le=1e6)],
-    BeforeValidator(_reported(parse_length)),
-    PlainSerializer(_metres),
 ]
 Extent = Annotated[
     Annotated[float, Field(gt=0, le=_FARTHEST_M)] | None,

@@ -7,8 +7,7 @@ renderer traces the air itself as a medium.
 
 With analytic haze L_air is the sky's radiance at the horizon in the ray's azimuth. A ray that meets
 nothing has T = 0 below the elevation ``HORIZON_DEG`` and shows the airlight alone. Above it the ray
-shows the sky of the sky model, which includes the haze of the atmosphere already, so that T is that
-of the mist alone, which the model does not include.
+shows the sky of the sky model, which includes the haze of the atmosphere already, so that T is 1.
 """
 
 import math
@@ -19,7 +18,7 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from lod.air import Air, Mist, haze_extinction, mist_extinction
+from lod.air import Air, haze_extinction
 from scenes.render.build import BuiltScene
 from scenes.render.light import HORIZON_DEG, Bands, horizon, sun_disc, variant_bands
 
@@ -28,9 +27,8 @@ from scenes.render.light import HORIZON_DEG, Bands, horizon, sun_disc, variant_b
 class Haze:
     """Air and airlight of a frame: what the drivers need to finish a sample.
 
-    air             extinction of haze and mist
+    air             extinction of haze
     bands           bands of the picture
-    eye_m           height of the eye above the datum
     airlight_table  (columns, bands) radiance of an endless path, by azimuth
     horizon_sine    sine of the elevation below which a ray that meets nothing shows the airlight
                     alone: that of HORIZON_DEG
@@ -41,7 +39,6 @@ class Haze:
 
     air: Air
     bands: Bands
-    eye_m: float
     airlight_table: np.ndarray
     horizon_sine: float
     to_sun: np.ndarray
@@ -56,7 +53,6 @@ def make_haze(built: BuiltScene, air: Air) -> Haze:
     return Haze(
         air=air,
         bands=variant_bands(),
-        eye_m=float(built.description["camera"]["eye"][2]),
         airlight_table=horizon(light),
         horizon_sine=float(np.sin(np.radians(HORIZON_DEG))),
         to_sun=light["to_sun"],
@@ -79,21 +75,13 @@ class NumpyArrays:
     select: Any = np.where
     exp: Any = np.exp
     floor: Any = np.floor
-    minimum: Any = np.minimum
-    maximum: Any = np.maximum
     atan2: Any = np.arctan2
     fma: Any = staticmethod(lambda a, b, c: a * b + c)
     dot: Any = staticmethod(lambda d, v: d.x * v[0] + d.y * v[1] + d.z * v[2])
-    number: Any = staticmethod(lambda value: value)
     colour: Any = staticmethod(lambda values: values)
     index: Any = staticmethod(lambda values: values.astype(np.int64))
     table: Any = staticmethod(lambda values: values)
     take: Any = staticmethod(lambda table, index: table[index[..., 0]])
-
-    @staticmethod
-    def mean_exponential(x: Any) -> Any:
-        """(1 − exp(−x))/x, the mean of exp(−t) from 0 to x."""
-        return np.where(x > 0, -np.expm1(-x) / np.where(x > 0, x, 1.0), 1.0)
 
 
 class JitArrays(NumpyArrays):
@@ -103,19 +91,12 @@ class JitArrays(NumpyArrays):
     """
 
     select, exp, floor, atan2 = dr.select, dr.exp, dr.floor, dr.atan2
-    minimum, maximum = dr.minimum, dr.maximum
     fma: Any = staticmethod(dr.fma)
     dot: Any = staticmethod(lambda way, vector: dr.dot(way, mi.Vector3f(JitArrays.colour(vector))))
-    number: Any = staticmethod(lambda value: dr.opaque(mi.Float, value))
-    colour: Any = staticmethod(lambda v: mi.Color3f(*map(JitArrays.number, map(float, v))))
+    colour: Any = staticmethod(lambda v: mi.Color3f(*(dr.opaque(mi.Float, float(n)) for n in v)))
     index: Any = staticmethod(lambda values: mi.UInt32(values))
     table: Any = staticmethod(lambda values: mi.Float(values.astype(np.float32).reshape(-1)))
     take: Any = staticmethod(lambda table, index: dr.gather(mi.Color3f, table, index))
-
-    @staticmethod
-    def mean_exponential(x: Any) -> Any:
-        """Below 2e-3 it is 1 − x/2, in float32 more exactly than by its own formula."""
-        return dr.select(x > 2e-3, (1 - dr.exp(-x)) / x, 1 - x / 2)
 
 
 Arrays = type[NumpyArrays]
@@ -131,33 +112,12 @@ def air_along(
     """
     met = distance > 0
     depth = distance * of.colour(haze_extinction(haze.air, haze.bands.wavelengths))
-    if haze.air.mist:
-        metres = _mist_equivalent_length(
-            haze.air.mist, haze.eye_m, distance, direction.z, haze.horizon_sine, of
-        )
-        depth = depth + metres * of.colour(mist_extinction(haze.air, haze.bands.wavelengths))
     transmittance = of.exp(-depth)
     airlight = _airlight(haze.airlight_table, direction, of)
     disc = of.dot(direction, haze.to_sun) > haze.sun_cosine
     sun = of.select(disc & ~met, of.colour(haze.sun), 0.0)
     through = of.select(met | ~below_horizon, transmittance, 0.0)
-    return through, airlight * (1 - through) + sun * transmittance
-
-
-def _mist_equivalent_length(
-    mist: Mist, eye_m: float, distance: Any, rise: Any, horizon_sine: float, of: Arrays
-) -> Any:
-    """Length [m] of a path at the mist's base with as much mist as each ray, as lod.air has it."""
-    scale, start = of.number(mist.scale_m), of.number(eye_m - mist.base_m)
-    end = of.fma(distance, rise, start)
-    lower, upper = of.minimum(start, end), of.maximum(start, end)
-    lower_above, upper_above = of.maximum(lower, 0.0), of.maximum(upper, 0.0)
-    height = of.select(upper > lower, upper - lower, 1.0)
-    above = of.select(upper > lower, (upper_above - lower_above) / height, 1.0)
-    mean = of.mean_exponential((upper_above - lower_above) / scale)
-    share = 1 - above + above * mean * of.exp(-lower_above / scale)
-    beyond = of.maximum(-start, 0.0) + scale * of.exp(-of.maximum(start, 0.0) / scale)
-    return of.select(distance > 0, distance * share, beyond / of.maximum(rise, horizon_sine))
+    return through, airlight * (1 - through) + sun
 
 
 def _airlight(table: np.ndarray, direction: Any, of: Arrays) -> Any:

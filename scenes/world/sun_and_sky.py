@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lod.air import Air, Mist
+from lod.air import Air
 from scenes.presets.schema import Preset
 
 
@@ -36,6 +36,4 @@ def sun_and_sky(preset: Preset) -> Light:
 
 def preset_air(preset: Preset) -> Air:
     """Return the air that frames are rendered in, and that the same frames are pruned by."""
-    keys = preset.air
-    mist = None if keys.mist is None else Mist(keys.mist, keys.mist_base, keys.mist_scale)
-    return Air(keys.visibility, mist)
+    return Air(preset.air.visibility)

@@ -3,13 +3,7 @@
 import numpy as np
 import pytest
 
-from lod.air import (
-    Air,
-    Mist,
-    mist_extinction,
-    optical_depth,
-    rgb_wavelengths,
-)
+from lod.air import Air
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.layers import SKY_Z
 from scenes.render import variants
@@ -70,63 +64,7 @@ def test_neither_sun_nor_airlight_is_negative(variant):
             assert (horizon(light) >= 0).all()
 
 
-MIST = Air(20e3, Mist(400.0, 5.0, 30.0))
-"""The eye stands in it, 3 m below its base."""
-
-
-@pytest.mark.parametrize("pitch", [-2.0, 0.4, 12.0])
-def test_contrast_in_mist_is_that_of_the_closed_form(make, variant, pitch):
-    """Down to below the base, level, out through the base, and far above it."""
-    distance, up = 300.0, 2 + 300 * np.tan(np.radians(pitch))
-    path = (np.array([2.0]), np.array([up]), np.array([300 / np.cos(np.radians(pitch))]))
-    camera = make.camera((4, 4), pitch=pitch, fov=0.1)
-
-    def seen(albedo, air):
-        wall = make.wall(distance, albedo)
-        frame = make.rendered(variant, wall, camera=camera, air=air)
-        return frame.rgb.mean(axis=(0, 1))
-
-    contrast = (seen(0.5, MIST) - seen(0.0, MIST)) / seen(0.5, make.clear)
-    depth = optical_depth(MIST, *path, rgb_wavelengths())[0]
-    assert np.allclose(contrast, np.exp(-depth), rtol=4e-3)
-
-
-def test_mist_veils_the_sky_above_the_eye_without_a_seam(make, variant):
-    """From the airlight at the horizon to hardly any of it straight up."""
-    camera, quality = make.camera((4, 120), fov=0.4), make.quality(variant)
-    column = render_frame(FrameInput(camera, (), MIST, make.light, quality)).rgb.mean(axis=1)
-    assert (np.abs(np.diff(column, axis=0)) < 0.03 * column[:-1]).all()
-    up = make.camera((4, 4), pitch=60, fov=1)
-    veiled, clear = (
-        render_frame(FrameInput(up, (), air, make.light, quality)).rgb.mean(axis=(0, 1))
-        for air in (MIST, make.clear)
-    )
-    # Metres at the base that hold as much mist as an endless path upwards.
-    base, scale, start = MIST.mist.base_m, MIST.mist.scale_m, 2.0
-    metres = max(base - start, 0.0) + scale * np.exp(-max(start - base, 0.0) / scale)
-    metres /= np.sin(np.radians(60))
-    through = np.exp(-metres * mist_extinction(MIST, rgb_wavelengths()))
-    variants.use(variant)
-    to_sun = make.light.to_sun
-    air = horizon({"to_sun": to_sun, "turbidity": make.light.turbidity})[0]  # due north
-    assert np.allclose(veiled, clear * through + air * (1 - through), rtol=1e-3)
-
-
-def test_both_drivers_see_the_same_mist(make):
-    for name in (variants.SCALAR_VARIANT, variants.JIT_VARIANT):
-        if variants.works(name) is not True:
-            pytest.skip(f"{name} does not work here")
-    scene = [make.balls([(x, 40.0, 1.0) for x in range(-20, 21, 4)], 1.5), make.ground()]
-    camera = make.camera((48, 27), pitch=2)
-    scalar, jit = (
-        make.rendered(name, *scene, camera=camera, air=MIST, spp=64).rgb
-        for name in (variants.SCALAR_VARIANT, variants.JIT_VARIANT)
-    )
-    assert np.allclose(scalar.mean(axis=(0, 1)), jit.mean(axis=(0, 1)), rtol=2e-3)
-
-
-@pytest.mark.parametrize("air", [AIR, Air(20e3, Mist(400.0, 5.0, 30.0))])
-def test_samples_and_means_of_pixels_have_the_same_air(variant, air):
+def test_samples_and_means_of_pixels_have_the_same_air(variant):
     """On arrays of Dr.Jit as of NumPy, whatever a ray meets."""
     if variant.startswith("scalar"):
         pytest.skip("a driver of its own samples")
@@ -135,7 +73,7 @@ def test_samples_and_means_of_pixels_have_the_same_air(variant, air):
 
     generator = np.random.default_rng(2)
     up, sun = np.array([0.0, 0.6, 0.8]), np.array([4.0, 3.0, 2.0])
-    haze = Haze(air, make_bands(False), 2.0, generator.random((9, 3)), 0.01, up, sun, 0.9)
+    haze = Haze(AIR, make_bands(False), generator.random((9, 3)), 0.01, up, sun, 0.9)
     way = generator.normal(size=(400, 3))
     way[:50, 2] = 0.0
     way = (way / np.linalg.norm(way, axis=1)[:, None]).astype(np.float32).astype(np.float64)
