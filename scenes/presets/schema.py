@@ -26,7 +26,6 @@ from scenes.presets.values import (
     Cell,
     Extent,
     Metres,
-    Moment,
     MostParts,
     PowerOfTwo,
     Size,
@@ -112,7 +111,6 @@ class CameraPreset(Table):
         "turn of the view, clockwise [degrees/s]; 0 = none", 0.0, least=-1e5, most=1e5
     )
     fps: float = key("frames per second", 24.0, above=0, most=1000)
-    date: Moment = None
     behaviour: str = key(
         "what it does by itself, see `lodbench list`; absent = it keeps to its path", ""
     )
@@ -271,7 +269,6 @@ class TerrainPreset(Table):
         PowerOfTwo, key("longest wavelength [m], a power of two", least=1, most=2**24)
     ] = 1024.0
     hurst: float = key("Hurst exponent: 0 rough, 1 smooth", 0.8, above=0, most=1)
-    lacunarity: float = key("how much shorter each octave's waves are", 2.0, least=1.5, most=4)
     reach: float = key("how far from the eye the ground is built [m]", 40_000.0, least=16, most=1e7)
     finest: Annotated[
         PowerOfTwo, key("finest spacing of the mesh [m], a power of two", least=2**-5, most=1)

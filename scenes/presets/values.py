@@ -3,7 +3,6 @@
 import math
 import re
 from collections.abc import Callable
-from datetime import datetime
 from typing import Annotated, Any
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, PlainSerializer
@@ -91,18 +90,6 @@ def _power_of_two(value: float) -> float:
     return value
 
 
-def _moment(value: Any) -> Any:
-    if value is None or isinstance(value, int | float | bool):
-        return value
-    try:
-        moment = value if isinstance(value, datetime) else datetime.fromisoformat(str(value))
-    except ValueError:
-        moment = None
-    if moment is None or moment.tzinfo is not None:
-        raise refuse("a local date and time, without a zone", "try 2026-06-21T12:00:00")
-    return moment.isoformat(timespec="seconds")
-
-
 def _metres(value: float | None) -> str | None:
     return None if value is None else f"{value!r}m"
 
@@ -144,11 +131,13 @@ def parse_length(text: object, where: str = "length") -> float:
             cure = f'write "{text:g}km" or "{text:g}m"'
         raise InputError(where, text, rule, cure)
     number, unit = match.groups()
+    if not float(number) > 0:
+        raise InputError(where, text, "a length above 0, with its unit", _CURE)
     if unit not in UNITS_M:
         rule = "a length names its unit, m or km"
         raise InputError(where, text, rule, f"write {number}km or {number}m")
     length = float(number) * UNITS_M[unit]
-    if not 0 < length < math.inf:
+    if not math.isfinite(length):
         raise InputError(where, text, "a length above 0 and finite", _CURE)
     return length
 
@@ -184,11 +173,6 @@ Size = Annotated[
     tuple[Side, Side],
     BeforeValidator(_reported(_size)),
     key(f"WIDTHxHEIGHT in pixels, each side from 1 to {LARGEST_SIDE}"),
-]
-Moment = Annotated[
-    str | None,
-    BeforeValidator(_moment),
-    key("local date and time of frame 1, as 2026-06-21T12:00:00; absent = none"),
 ]
 Metres = Annotated[float, Field(ge=-_FARTHEST_M, le=_FARTHEST_M)]
 Cell = Annotated[int, Field(ge=-_FARTHEST_CELL, le=_FARTHEST_CELL)]
