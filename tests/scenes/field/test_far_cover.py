@@ -17,7 +17,7 @@ from scenes.scene import Scene
 from scenes.sticks.prototype import PartPlaces, assemble_prototype
 
 GREY = 0.2
-FEW = ("species.tree.density=0", "species.sward.density=0", "species.figure.prototypes=2")
+FEW = ("species.tree.density=0", "species.figure.prototypes=2")
 
 
 def ball(z=3.0, r=1.0, tint=GREY):
