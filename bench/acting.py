@@ -300,7 +300,6 @@ def measure_updating(
 
 
 def _prune_s(troupe: Troupe, preset: Preset) -> float:
-    """Time finding, blending and posing what is displayed in the last frame, the least of three."""
     view = Scene(preset).view(preset.acting.frames)
     least = math.inf
     for _ in range(4):  # the first one compiles

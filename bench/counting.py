@@ -340,7 +340,6 @@ def fields_of(case: Case, seed: int) -> list[SpeciesField]:
 
 
 def _left(case: Case, cut: Cut, seed: int) -> tuple[int, int]:
-    """Count the objects and the parts of a cut that remain after thinning."""
     if case.gathered == "evenly":
         return cut.displayed_objects, cut.displayed_parts
     parts = cut.parts

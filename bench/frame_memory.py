@@ -48,7 +48,6 @@ HELD = (
     Held("meadow", SCALAR_VARIANT, (_SMALL, "render.spp=1", "view.detail=0.5")),
     Held("crowd", SCALAR_VARIANT, (_MIDDLE, "render.spp=4", "view.detail=2")),
     Held("meadow", JIT_VARIANT, (_MIDDLE, "render.haze=medium")),
-    Held("meadow", JIT_VARIANT, (_MIDDLE, "render.haze=scattered")),
     Held("meadow", _SPECTRAL, (_MIDDLE, "render.spectral=true")),
     Held("crowd", JIT_VARIANT, (_MIDDLE, "output.motion=true")),
     Held("meadow", JIT_VARIANT, (_LARGE, "render.spp=2", "view.detail=4", "output.denoise=true")),

@@ -1,12 +1,12 @@
-"""The air of a frame: even haze, mist in the valleys, and what a path through them takes away.
+"""The air of a frame: even haze, and what a path through it takes away.
 
 Extinction β is in 1/m, visibility V in m, wavelengths in nm. Visibility here is Koschmieder's: the
 distance at which a black target keeps 2 % of its contrast against the horizon sky (Koschmieder,
 1924; Middleton, "Vision through the Atmosphere", 1952). It is not the meteorological optical
 range of the WMO (Guide No. 8, ch. 9), which keeps 5 % and is 0.77 of it.
 
-The same β paints the haze and prunes the scene: the renderer uses ``haze_extinction`` and
-``mist_extinction`` in its bands, the pruner ``least_extinction``.
+The same β paints the haze and prunes the scene: the renderer uses ``haze_extinction`` in its bands,
+the pruner ``least_extinction``.
 """
 
 import math
@@ -16,11 +16,10 @@ from functools import lru_cache
 import numpy as np
 from jaxtyping import Float64
 
-from lod.arrays import Reals, frozen
+from lod.arrays import frozen
 from lod.errors import InputError
 
 Bands = Float64[np.ndarray, " bands"]
-PathBands = Float64[np.ndarray, "n bands"]
 
 CONTRAST_THRESHOLD = 0.02
 """Contrast that is left at a distance of one visibility (Koschmieder, 1924)."""
@@ -92,52 +91,6 @@ def _particle_extinction(visibility_m: float, at_550: float, wavelengths_nm: Ban
     return at_550 * (wavelengths_nm / REFERENCE_NM) ** -angstrom_exponent(visibility_m)
 
 
-@dataclass(frozen=True)
-class Mist:
-    """Mist of one thickness up to its base, and e times thinner every ``scale_m`` above it.
-
-    visibility_m  Koschmieder visibility in the mist alone, at and below the base [m]
-    base_m        height of the base above the datum [m]
-    scale_m       height over which β falls by a factor of e [m]
-    """
-
-    visibility_m: float
-    base_m: float
-    scale_m: float
-
-    def __post_init__(self) -> None:
-        extinction_from_visibility(self.visibility_m)
-        if not math.isfinite(self.base_m):
-            raise InputError("mist.base", self.base_m, "a finite height above the datum")
-        if not (math.isfinite(self.scale_m) and self.scale_m > 0):
-            raise InputError("mist.scale", self.scale_m, "finite and above 0 m", "try 50m")
-
-
-def relative_extinction(mist: Mist, height_m: Reals) -> Reals:
-    """Compute β at each height over β at the base: exp(−(z − z₀)/H) above it, 1 below, (n,)."""
-    return np.exp(-np.maximum(height_m - mist.base_m, 0.0) / mist.scale_m)
-
-
-def mean_relative_extinction(mist: Mist, start_m: Reals, end_m: Reals) -> Reals:
-    """Compute the exact mean of ``relative_extinction`` over straight paths between heights, (n,).
-
-    On a straight path the height is linear in the length, so this is the mean over height. It is 1
-    over a stretch below the base, and exp(−u/H)·(1 − exp(−h/H))/(h/H) over one from u to u + h
-    above it.
-    """
-    low = np.minimum(start_m, end_m) - mist.base_m
-    high = np.maximum(start_m, end_m) - mist.base_m
-    rise = high - low
-    low_above, high_above = np.maximum(low, 0.0), np.maximum(high, 0.0)
-    level = rise == 0.0
-    share_above = np.where(level, 1.0, (high_above - low_above) / np.where(level, 1.0, rise))
-    x = (high_above - low_above) / mist.scale_m
-    mean_above = np.exp(-low_above / mist.scale_m) * np.where(
-        x > 0.0, -np.expm1(-x) / np.where(x > 0.0, x, 1.0), 1.0
-    )
-    return 1.0 - share_above + share_above * mean_above
-
-
 @lru_cache(maxsize=1)
 def rgb_wavelengths() -> np.ndarray:
     """Give the effective wavelengths of red, green and blue, about 642.4, 543.0 and 440.9 nm, (3,).
@@ -157,14 +110,12 @@ def rgb_wavelengths() -> np.ndarray:
 
 @dataclass(frozen=True)
 class Air:
-    """Haze that is the same everywhere, and mist that thins out upwards; either may be absent.
+    """Haze that is the same everywhere.
 
     visibility_m  Koschmieder visibility (2 %) of the haze [m]; None = clear, β = 0
-    mist          a second layer, whose β is added
     """
 
     visibility_m: float | None = None
-    mist: Mist | None = None
 
     def __post_init__(self) -> None:
         haze_extinction(self, np.array([REFERENCE_NM]))
@@ -193,51 +144,11 @@ def haze_extinction(air: Air, wavelengths_nm: Bands) -> Bands:
 CLEAR = Air()
 
 
-def mist_extinction(air: Air, wavelengths_nm: Bands) -> Bands:
-    """Compute β of the mist at and below its base, at each wavelength [1/m]; 0 without mist.
-
-    Mist is droplets alone, which follow Ångström's law for its own visibility.
-    """
-    if air.mist is None:
-        return np.zeros_like(wavelengths_nm)
-    V = air.mist.visibility_m
-    return _particle_extinction(V, extinction_from_visibility(V), wavelengths_nm)
-
-
 def rgb_extinction(air: Air) -> Bands:
     """Compute β of the even haze in linear Rec.709 red, green and blue, (3,) [1/m]."""
     return haze_extinction(air, rgb_wavelengths())
 
 
-def extinction(air: Air, height_m: Reals, wavelengths_nm: Bands) -> PathBands:
-    """Compute β of both layers at each height above the datum, (n, bands) [1/m]."""
-    mist = np.ones_like(height_m) if air.mist is None else relative_extinction(air.mist, height_m)
-    haze = haze_extinction(air, wavelengths_nm)
-    return haze + mist[:, None] * mist_extinction(air, wavelengths_nm)
-
-
-def optical_depth(
-    air: Air, start_m: Reals, end_m: Reals, length_m: Reals, wavelengths_nm: Bands
-) -> PathBands:
-    """Integrate β along straight paths, in closed form, (n, bands).
-
-    Contrast falls by exp(−∫β) (Koschmieder, 1924). ``start_m`` and ``end_m`` are the heights of the
-    ends above the datum, ``length_m`` the distance between them.
-    """
-    mist = np.ones_like(length_m)
-    if air.mist is not None:
-        mist = mean_relative_extinction(air.mist, start_m, end_m)
-    haze = haze_extinction(air, wavelengths_nm)
-    return length_m[:, None] * (haze + mist[:, None] * mist_extinction(air, wavelengths_nm))
-
-
-def least_extinction(air: Air, highest_m: float = math.inf) -> float:
-    """Find the least β on any path that stays below ``highest_m``, over red, green, blue [1/m].
-
-    β never grows upwards, so it is β at the greatest height that the eye or anything seen reaches.
-    The least β decides where it varies with height or from band to band, so that nothing visible is
-    dropped; red is the clearest.
-    """
-    if math.isnan(highest_m):
-        raise InputError("height", highest_m, "a number", "math.inf where there is no top")
-    return float(extinction(air, np.array([highest_m]), rgb_wavelengths()).min())
+def least_extinction(air: Air) -> float:
+    """Find the least β over red, green and blue [1/m], so that nothing visible is dropped."""
+    return float(rgb_extinction(air).min())

@@ -6,21 +6,12 @@ fraction of a random stand (Nilson 1971, "A theoretical analysis of the frequenc
 stands", Agricultural Meteorology 8; of whole crowns Li & Strahler 1985, "Geometric-optical
 modeling of a conifer forest canopy", IEEE Trans. Geoscience and Remote Sensing 23). The rest meets
 objects, of each kind in proportion to its K·A.
-
-Plants as a turbid medium: a line at height z meets K·w(z) of the same objects a metre, w being the
-mean width of an object there, seen from the side; so of lines at the elevation e exp(−K·ΔA/sin e)
-pass a layer in which each has the outline ΔA. This is Beer's law in a stand of plants (Monsi &
-Saeki, "Über den Lichtfaktor in den Pflanzengesellschaften", Japanese Journal of Botany 14, 1953).
-Plants scatter a share of the light, alike to all sides (isotropic leaf scattering: Ross, "The
-Radiation Regime and Architecture of Plant Stands", 1981).
 """
-
-from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float64
 
-from lod.arrays import ArrayData, FloatArray, Reals
+from lod.arrays import Reals
 from lod.kernels import njit
 
 PerKind = Float64[np.ndarray, "n k"]
@@ -82,26 +73,3 @@ def surface_irradiance(
     sun = np.maximum(normals @ to_sun / to_sun[2], LEAST_LIGHT)[:, None]
     sky = (1 + normals[:, 2:3]) / 2
     return (1 - sky_share) * sun + sky_share * sky
-
-
-@dataclass(frozen=True, eq=False)
-class Canopy(ArrayData):
-    """The optical depth of standing objects by height, and their albedo.
-
-    height  (steps + 1,) above the ground, from 0 up [m]
-    depth   (steps,) K·ΔA of each step
-    albedo  (bands,) share of the light met that goes on
-    """
-
-    height: FloatArray
-    depth: FloatArray
-    albedo: FloatArray
-
-    @property
-    def top_m(self) -> float:
-        """Return the height of the highest object [m]; 0 where nothing stands."""
-        return float(self.height[-1])
-
-
-BARE = Canopy(np.zeros(1), np.zeros(0), np.zeros(3))
-"""The canopy of bare ground."""

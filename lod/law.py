@@ -103,13 +103,13 @@ def _own_limits(
     return np.minimum(seen, _farthest_sharp(clear, conditions.defocus, theta))
 
 
-def _reached(W: WeightedDistance, clear: Reals, exact: float = 1e-14) -> Reals:
+def _reached(W: WeightedDistance, clear: Reals) -> Reals:
     """Greatest d with W(d) ≤ these limits, (n,) [m], by false position.
 
     It is the Illinois method (Dowell & Jarratt, "A modified regula falsi method for computing the
     root of an equation", BIT 11:168, 1971); W(d) ≥ d brackets every root.
     """
-    found = np.minimum(clear, W.vanishing_distance)
+    found, exact = np.minimum(clear, W.vanishing_distance), 1e-14
     missed = W.weight(found) - clear
     rows = np.flatnonzero(missed > exact * clear)
     near, far, below, above = np.zeros(len(rows)), found[rows], -clear[rows], missed[rows]

@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
 from importlib.metadata import entry_points
-from typing import Any, Protocol, runtime_checkable
+from typing import Any
 
 import numpy as np
 
@@ -146,21 +146,12 @@ def described(group: str, kind: type) -> Iterable[tuple[str, str]]:
             yield name, f"{found.about} (from {distribution(entry)})"
 
 
-@runtime_checkable
-class GroundedRepresentation(Representation, Protocol):
-    """A representation that stands on the ground."""
-
-    @property
-    def top_m(self) -> float:
-        """Greatest height of anything of it above the ground below [m]."""
-
-
 @dataclass(frozen=True, eq=False)
 class RepresentationPlugin:
     """The value of an entry point of ``lodbench.representations``.
 
     about   one line about it, for `lodbench list`
-    make    function (name, seed, ground, **options) → a GroundedRepresentation of that name, which
+    make    function (name, seed, ground, **options) → a Representation of that name, which
             is the same for the same arguments; options are the keys of the preset's table, and each
             has a default
     camera  camera of the conformance tests: some of the representation is in view and some is not,
@@ -169,7 +160,7 @@ class RepresentationPlugin:
     """
 
     about: str
-    make: Callable[..., GroundedRepresentation]
+    make: Callable[..., Representation]
     camera: Camera
     detail: float = 1.0
 
@@ -186,7 +177,7 @@ def plugin_by_name(name: str) -> RepresentationPlugin:
 
 def make_representation(
     name: str, kind: str, seed: int, ground: Ground, options: dict[str, Any]
-) -> GroundedRepresentation:
+) -> Representation:
     """Make a representation as a preset asks for it; raises InputError where that fails."""
     plugin = plugin_by_name(kind)
     where = f"representations.{name}"
@@ -199,7 +190,7 @@ def make_representation(
             raise error.__cause__ from None
         rule = f"options that {kind} takes ({error})"
         raise InputError(where, options, rule, cure) from None
-    if not isinstance(made, GroundedRepresentation) or made.name != name:
-        rule = f"{kind} makes a representation called {name}, with a top_m"
+    if not isinstance(made, Representation) or made.name != name:
+        rule = f"{kind} makes a representation called {name}"
         raise InputError(where, type(made).__name__, rule, cure)
     return made

@@ -31,7 +31,6 @@ from lod.update_schedule import (
 from lod.view import View
 from lod.viewing import Defocus, ViewingConditions, blur_widths
 from scenes.actors.performance import Performance
-from scenes.field.far_cover import turbid_canopy
 from scenes.frame.frame_input import (
     DisplayedRepresentation,
     FrameInput,
@@ -100,11 +99,8 @@ class Scene:
 
     @property
     def light(self) -> Light:
-        """Return the sun and sky, with a canopy over the air where haze is scattered light."""
-        light = sun_and_sky(self.preset)
-        if self.preset.render.haze != "scattered":
-            return light
-        return replace(light, canopy=turbid_canopy(tuple(f.species for f in self.world.fields)))
+        """Return the sun and sky."""
+        return sun_and_sky(self.preset)
 
     def time_s(self, frame: float) -> float:
         """Compute when a frame begins [s]: frame 1 at 0."""
@@ -150,8 +146,7 @@ class Scene:
     def _viewing_conditions(self, camera: Camera) -> ViewingConditions | None:
         """Collect what limits sight beyond the pixel; None where nothing does.
 
-        β is the least of any path, for neither the eye nor anything it sees is above the highest of
-        both. A table [display] or [eye] says that somebody will look.
+        A table [display] or [eye] says that somebody will look.
         """
         preset, air = self.preset, self.air
         hazy = preset.view.haze_aware and air != Air()
@@ -162,8 +157,7 @@ class Scene:
         eye = Eye(**preset.eye.model_dump()) if preset.eye else Eye()
         seeing = preset.air.seeing * _ARCSECOND
         widths = blur_widths(camera.pixel_angle, display, eye if watched else None, seeing)
-        highest_m = max(self.world.top_m, float(camera.eye[2]))
-        beta = least_extinction(air, highest_m) if hazy else 0.0
+        beta = least_extinction(air) if hazy else 0.0
         defocus = Defocus(camera.lens, camera.corner_secant) if camera.lens else None
         return ViewingConditions(widths, beta, display, eye, acuity=watched, defocus=defocus)
 

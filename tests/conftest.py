@@ -81,6 +81,6 @@ importlib.import_module(
 )  # names the libLLVM of the environment, before Dr.Jit loads another
 
 # A shared machine is slow at times: no deadline. CI must not find something new by chance.
-settings.register_profile("local", deadline=None, max_examples=50)
-settings.register_profile("ci", deadline=None, max_examples=50, derandomize=True, print_blob=True)
+settings.register_profile("local", deadline=None, max_examples=30)
+settings.register_profile("ci", deadline=None, max_examples=30, derandomize=True, print_blob=True)
 settings.load_profile("ci" if os.environ.get("CI") else "local")

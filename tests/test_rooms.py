@@ -53,6 +53,7 @@ SHARED_NAMES = {
     "acting": "how a scene acts, and what that costs",
 }
 # A reader has neither the plan nor the tracker that such a reference points to.
+FLAG = re.compile(r"(?<![\w-])--[a-z][a-z-]+")
 UNKNOWN_TO_READERS = re.compile(r"\bDESIGN(\.md)?\b|(?i:\bissues? #?\d+)")
 
 
@@ -66,6 +67,7 @@ class Source:
     has_global: bool
     lines: int
     references: tuple[str, ...]
+    flags: tuple[str, ...]
 
     @property
     def room(self) -> str:
@@ -119,6 +121,7 @@ def sources(root: Path) -> list[Source]:
                     has_global,
                     text.count("\n"),
                     tuple(match[0] for match in UNKNOWN_TO_READERS.finditer(text)),
+                    tuple(FLAG.findall(text)),
                 )
             )
     return found
@@ -160,6 +163,7 @@ def impure(source: Source) -> Iterator[str]:
     """Files, clocks and globals where calculation should be pure."""
     if source.room == "lod":
         yield from (f"lod imports {top}" for top in sorted(source.tops & (FILES | CLOCK)))
+        yield from (f"lod names the flag {flag}" for flag in source.flags)
         if source.has_global:
             yield "lod has a global that changes"
     elif source.path.startswith("bench/statistics"):
@@ -292,6 +296,7 @@ def test_a_sound_house_is_left_alone(tmp_path):
         ("scenes__a", "x = 1\n" * 601, "601 lines, at most 600"),
         ("scenes__rig__cut", "x = 1", "2 files are named cut"),
         ("lod__a", '"""As DESIGN §1 has it."""', "refers to DESIGN"),
+        ("lod__a", "cure = 'leave --detail out'", "lod names the flag --detail"),
     ],
 )
 def test_a_planted_breach_is_found(tmp_path, file, text, says):

@@ -227,23 +227,18 @@ class Rule:
 EXCLUDES = (
     Rule("resume", "overwrite", "one keeps what is done, the other replaces it"),
     Rule("view.detail", "view.max_parts", "a budget of parts chooses the detail"),
-    Rule("view.detail", "fit", "a budget of memory chooses the detail"),
     Rule("view.detail", "reference", "a reference is as fine as memory allows"),
     Rule("view.max_parts", "reference", "a reference is as fine as memory allows"),
-    Rule("fit", "reference", "one fills memory by detail alone, the other leaves nothing out"),
 )
 NEEDS = (
     Rule("tone", "preview", "frames are linear, and only previews have a tone"),
     Rule("view", "preview", "frames hold all layers, and only previews show one"),
     Rule("exposure", "preview", "frames are linear, and only previews are exposed"),
-    Rule("fit", "max_memory", "it fills a budget"),
     Rule("cluster", "repair", "workers only repair; looking is done here"),
     Rule("threads", "repair", "threads only repair; looking is done by one"),
     Rule("max_memory", "repair", "only what is rendered again needs memory"),
 )
 """A rule is for the commands that have both flags."""
-
-EXAMPLES = {"max_memory": "--max-memory 4GB"}
 
 
 GROUPS = (
@@ -251,7 +246,7 @@ GROUPS = (
     ("How it is sampled", tuple(QUALITY_KEYS)),
     ("Frames and their files", ("pattern", "frames", *FILE_KEYS, "resume", "overwrite")),
     ("Previews", ("preview", "tone", "view", "exposure")),
-    ("Memory and processors", ("max_memory", "fit", "reference", "threads", "cluster")),
+    ("Memory and processors", ("max_memory", "reference", "threads", "cluster")),
 )
 """Headings of -h, and the flags below each; what is in no group stands last."""
 
@@ -295,12 +290,11 @@ def check_flags(ctx: click.Context, order: Sequence[click.Parameter]) -> None:
     for rule in NEEDS:
         if rule.one in said and rule.other in names and rule.other not in said:
             flag = f"--{rule.other.replace('_', '-')}"
-            cure = f"add {EXAMPLES.get(rule.other, flag)}, or leave it out"
+            cure = f"add {flag}, or leave it out"
             raise InputError(said[rule.one], "alone", rule.why, cure)
 
 
 def _said_keys(ctx: click.Context, order: Sequence[click.Parameter]) -> Iterator[tuple[str, str]]:
-    """Yield the key, or the name of the flag, and the source of everything that was given."""
     for parameter in order:
         name = parameter.name or ""
         given = ctx.get_parameter_source(name) == ParameterSource.COMMANDLINE

@@ -141,7 +141,6 @@ def _require_current_folder() -> None:
 
 
 def _complete(asked: str) -> NoReturn:
-    """Answer a shell that asks what a command line may go on with, as click documents it."""
     from click.shell_completion import shell_complete
 
     sys.exit(shell_complete(program, {}, "lodbench", COMPLETION, asked))

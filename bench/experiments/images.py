@@ -168,7 +168,6 @@ def _fidelity_plots(record: Record) -> Iterator[Plot]:
 
 
 def _by_distance(points: Sequence[Point]) -> Iterator[Plot]:
-    """Draw luminance, coverage and error of every view by bands of distance."""
     kinds: dict[str, Callable[[Point, int], Estimate | None]] = {
         "luminance ÷ the reference's": luminance_ratio,
         "coverage ÷ the reference's": coverage_ratio,
@@ -205,7 +204,6 @@ def _by_distance(points: Sequence[Point]) -> Iterator[Plot]:
 
 
 def _metrics_plot(points: Sequence[Point]) -> Plot:
-    """Draw the error of every metric in every view by the parts that it displays."""
     panels, ratios = [], []
     for (view,), swept in grouped(points, "view").items():
         drawn = []

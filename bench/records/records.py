@@ -315,7 +315,6 @@ def content_sha256(content: Any) -> str:
 
 
 def _text(body: dict[str, Any]) -> str:
-    """Write readable JSON, with each list of numbers on one line."""
     text = json.dumps(body, indent=1, allow_nan=False)
     return re.sub(r"\[\n[-+.e\d,\s]*\]", lambda found: "".join(found[0].split()), text) + "\n"
 

@@ -33,12 +33,6 @@ class Fence:
     gap: float = 0.5
 
     @property
-    def top_m(self) -> float:
-        """Nothing of it is higher above the ground."""
-        low, high = self.ground.bounds()
-        return 2 * HEIGHT_M + self.hierarchy.B[0] + high - low
-
-    @property
     def hierarchy(self) -> Hierarchy:
         """Row 0 the fence, every other row a post."""
         low, high = self.ground.bounds()

@@ -313,7 +313,6 @@ def _assembled(
     types: Mapping[str, type[ObjectWithParts]],
     given: Mapping[str, ObjectWithParts],
 ) -> dict[str, ObjectWithParts]:
-    """Return the parts of a whole in the order of their types, new ones where none is given."""
     for name in given:
         if name not in types:
             nearest = nearest_route((name,), [(t,) for t in types])[0] if types else ""

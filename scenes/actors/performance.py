@@ -15,7 +15,7 @@ import json
 import zipfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache, partial
+from functools import lru_cache, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -260,12 +260,6 @@ class Cast:
     ground: Ground
     fps: float
     name: str = "actors"
-
-    @cached_property
-    def highest_m(self) -> float:
-        """Return the height above the ground that no actor exceeds [m]."""
-        trees = [each.hierarchy for each in self.prototypes]
-        return max((float(tree.position[0, 2] + tree.B[0]) for tree in trees), default=0.0)
 
     def name_of(self, cut: Cut, row: int) -> str:
         """Return the name of the actor in a row of the objects of a cut."""

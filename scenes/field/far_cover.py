@@ -1,22 +1,20 @@
 """Cover of undisplayed objects: the ground takes their colour, shade and height.
 
 It is the ``AggregateCover`` of ``scenes.ground.shading`` for species that stand all over the
-ground. For haze that scatters light the same species are a turbid medium: outlines by height, mean
-colours."""
+ground.
+"""
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float64
 
 from lod.arrays import Points, Reals
 from lod.canopy import (
-    BARE,
     LEAST_LIGHT,
-    Canopy,
     cover_depths,
     covered_share,
     first_hit_shares,
@@ -26,7 +24,6 @@ from lod.canopy import (
 from lod.hierarchy import Hierarchy
 from lod.kernels import njit
 from lod.motion import motion_steps
-from lod.shapes import StickTable
 from lod.view import View, distance
 from scenes.appearance.sky import Sky
 from scenes.field.prototypes import species_prototypes
@@ -35,64 +32,12 @@ from scenes.ground.stand import (
     AZIMUTHS_DEG,
     DEPRESSIONS_DEG,
     MAX_DEPTH,
-    SpeciesDensity,
     StandAppearance,
-    full_detail_sticks,
     measure_stand,
 )
 from scenes.processes.cache import content_key
 from scenes.rig.rigged_prototype import RiggedPrototype
-from scenes.sticks.areas import areas_of_parts
 from scenes.sticks.prototype import Prototype
-
-STEPS = 6
-"""Number of layers up to the top of what stands, thinner below, where eyes are."""
-
-_SIDES = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
-
-
-def turbid_canopy(species: tuple[Species, ...]) -> Canopy:
-    """Return the canopy that these species are to the light in the air."""
-    return _canopy(tuple((_distinct(each.prototypes), each.density) for each in species))
-
-
-@lru_cache(maxsize=4)
-def _canopy(kinds: tuple[SpeciesDensity, ...]) -> Canopy:
-    if not kinds:
-        return BARE
-    bare = [
-        ([full_detail_sticks(each) for each in prototypes], density)
-        for prototypes, density in kinds
-    ]
-    spheres = (table.spheres for tables, _ in bare for table, _ in tables)
-    top = max(float((centre[:, 2] + radius).max()) for centre, radius in spheres)
-    height = top * np.linspace(0, 1, STEPS + 1) ** 2
-    depth, sent, weight = np.zeros(STEPS), np.zeros(3), 0.0
-    for tables, density in bare:
-        for table, tints in tables:
-            outline = density / len(tables) * outlines_between(table, height)
-            depth += outline
-            # Mean colour by the area of each stick, regardless of what is before it.
-            radius = (table.start_radius + table.end_radius) / 2
-            area = radius * (np.linalg.norm(table.end - table.start, axis=1) + radius)
-            tint = (tints[table.tint] * area[:, None]).sum(axis=0) / area.sum()
-            sent += outline.sum() * tint
-            weight += outline.sum()
-    return Canopy(height, depth, sent / weight)
-
-
-def outlines_between(
-    table: StickTable, height: Float64[np.ndarray, " n_plus_1"]
-) -> Float64[np.ndarray, " n"]:
-    """Measure the area that each layer of height adds to an object's side view, (n,) [m²].
-
-    The layers add up to the whole outline. A stick counts where its middle is.
-    """
-    middle = (table.start[:, 2] + table.end[:, 2]) / 2
-    parts = [table.take(middle < top) for top in height[1:-1]]
-    below = [areas_of_parts(each, _SIDES)[0].mean() for each in (*parts, table)]
-    return np.maximum(np.diff(below, prepend=0.0), 0.0)
-
 
 Shares = Float64[np.ndarray, "n k"]
 """Shares by point and species."""
@@ -219,7 +164,6 @@ class ResidualCover:
 def _distinct(
     prototypes: tuple[Prototype | RiggedPrototype, ...],
 ) -> tuple[Prototype | RiggedPrototype, ...]:
-    """Leave out prototypes that differ only in the limits of their parts."""
     looks = [content_key(each.inner, each.leaf) for each in prototypes]
     return tuple(dict(zip(looks, prototypes, strict=True)).values())
 

@@ -286,7 +286,6 @@ def _turned(point: Triple, angle: float) -> Triple:
 
 
 def _sticks_below(parent: Ints, body: StickTable) -> StickTable:
-    """Collect the sticks of every part's own body and of all parts below it, at rest."""
     owner, stick = body.owner, np.arange(len(body))
     owners, sticks = [], []
     while len(owner):

@@ -166,8 +166,7 @@ class Quality:
     spp        samples per pixel, taken exactly
     max_depth  longest light path, in edges: 2 is direct light only
     haze       how the air between is worked out: in closed form whose airlight is the horizon's sky
-        (analytic); in closed form in the light of a layer of air, which scatters what sun, sky and
-        ground send (scattered); as a medium that scatters light (medium, the reference)
+        (analytic), or as a medium that scatters light (medium, the reference)
     sun_sampling  share of light samples for the sun against 1 for the sky, in scalar and spectral
         variants and in a medium; elsewhere the sun is sampled at every vertex
     sampler    a Mitsuba sampler for JIT variants; of those that were tried none has less noise for

@@ -181,7 +181,6 @@ def geomorph_parents(
 
 
 def _lacking(names: Ints, pairs: Int64[np.ndarray, "h 2 2"]) -> Int64[np.ndarray, "w 2"]:
-    """Ends of edges that are not among the keys of known places, each once."""
     wanted = pairs.reshape(-1, 2)
     name = place_keys(wanted)
     known = np.sort(names, kind="stable")

@@ -1,6 +1,6 @@
 """Fractal relief of an endless plain: fractional Brownian heights, exact at 10^12 m from home.
 
-Octave k has wavelength λ_k = wavelength·l^-k and RMS a_k ∝ l^(-H·k), l the lacunarity, so that
+Octave k has wavelength λ_k = wavelength·2^-k and RMS a_k ∝ 2^(-H·k), so that
 heights r apart differ by about r^H between the shortest wavelength and the longest (Mandelbrot &
 Van Ness 1968, "Fractional Brownian motions"; summed over octaves as in Musgrave, Kolb & Mace 1989,
 "The synthesis and rendering of eroded fractal terrains"). Lattices are indexed by integers and
@@ -62,7 +62,6 @@ class Relief:
     amplitude   RMS of the relief [m]; 0 = perfectly flat, z = 0
     wavelength  longest wavelength [m], a power of two from 1 m up
     hurst       H in (0, 1]: the larger, the smoother the small relief beside the large
-    lacunarity  by how much each octave's wavelength is shorter than the one before, 1.5 to 4
     ridged      octaves have crests where the noise crosses 0, as 1 − |noise| has (Musgrave, in
                 Ebert et al. 2003, *Texturing & Modeling*, ch. 16)
     """
@@ -72,19 +71,18 @@ class Relief:
     wavelength: float
     hurst: float
     ridged: bool = False
-    lacunarity: float = 2.0
 
     @cached_property
     def wavelengths(self) -> Reals:
         """Wavelength of each octave, longest first, (k,) [m]: whole multiples of STEP_M."""
-        octaves = math.log(self.wavelength / SHORTEST_M, self.lacunarity)
-        sides = self.wavelength / self.lacunarity ** np.arange(math.floor(octaves + 1e-9) + 1)
+        octaves = math.floor(math.log2(self.wavelength / SHORTEST_M) + 1e-9)
+        sides = self.wavelength / 2.0 ** np.arange(octaves + 1)
         return frozen(np.rint(sides / STEP_M) * STEP_M, np.float64)
 
     @cached_property
     def rms(self) -> Reals:
         """RMS height of each octave, (k,) [m]; their squares add up to amplitude²."""
-        share = self.lacunarity ** (-self.hurst * np.arange(len(self.wavelengths)))
+        share = 2.0 ** (-self.hurst * np.arange(len(self.wavelengths)))
         return frozen(self.amplitude * share / math.sqrt(np.sum(share**2)), np.float64)
 
     @property

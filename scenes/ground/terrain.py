@@ -68,7 +68,7 @@ class TileGrid:
 class Terrain:
     """Ground out to ``reach`` [m] from the eye.
 
-    amplitude, wavelength, hurst, ridged, lacunarity   of the relief (scenes.ground.relief)
+    amplitude, wavelength, hurst, ridged   of the relief (scenes.ground.relief)
     finest   spacing of the finest mesh [m], a power of two
     cover    what lies on it, one of GROUND_MATERIALS
     aggregate_cover   what undisplayed objects leave on it; None: nothing
@@ -82,7 +82,6 @@ class Terrain:
     reach: float
     finest: float = 0.125
     ridged: bool = False
-    lacunarity: float = 2.0
     cover: str = "grassy"
     name: str = "terrain"
     aggregate_cover: AggregateCover | None = None
@@ -91,8 +90,7 @@ class Terrain:
     @cached_property
     def relief(self) -> Relief:
         """The shape of the ground."""
-        shape = self.amplitude, self.wavelength, self.hurst, self.ridged, self.lacunarity
-        return Relief(self.seed, *shape)
+        return Relief(self.seed, self.amplitude, self.wavelength, self.hurst, self.ridged)
 
     def height(self, corner: Corner, xy: Float64[np.ndarray, "n 2"]) -> Reals:
         """Height of the full relief above the datum at points ``xy`` from ``corner`` [m]."""

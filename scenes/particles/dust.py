@@ -216,12 +216,6 @@ class Dust(ParticleSystem):
         sizes = (column.tolist() for column in (legs.stride, far, puffs))
         return tuple(_hierarchy(*each) for each in zip(*sizes, strict=True))
 
-    @property
-    def top_m(self) -> float:
-        """Bound on its height above the ground under it [m]."""
-        tilted = STEEPEST * OLD * (1 + WISP)
-        return float(self.legs.stride.max()) * (2 * HIGH + tilted + GRAIN)
-
     def limits(self, view: View) -> Float64[np.ndarray, "2 v l"]:
         """Return the limit distances of each prototype's levels [m]; 0 without legs."""
         limits = super().limits(view)
@@ -355,7 +349,6 @@ class Dust(ParticleSystem):
     def _ground_below(
         self, corner: Corner, xy: Float64[np.ndarray, "m 2"], radius: Reals
     ) -> tuple[Reals, Float64[np.ndarray, "m 2"]]:
-        """Height and slopes of the ground below puffs, from four points of their edges."""
         sides = np.array(((1, 0), (-1, 0), (0, 1), (0, -1)), np.float64)
         edge = (xy + sides[:, None] * radius[:, None]).reshape(-1, 2)
         east, west, north, south = self.walkers.ground.height(corner, edge).reshape(4, -1)

@@ -184,12 +184,6 @@ class Plume(ParticleSystem):
         )
         return (sizes,)
 
-    @property
-    def top_m(self) -> float:
-        """Bound on its height above the ground under it [m]."""
-        middle = self.axis(np.array([0.5]))[0, 2]
-        return float(self.size * middle + self.hierarchies[0].B[0])
-
     def roots(self, view: View) -> Parts:
         """Return the plume itself, whether near or far."""
         zero, corner = np.zeros(1, np.int64), view.camera.corner

@@ -24,12 +24,8 @@ from scenes.presets.things import (
 from scenes.presets.values import (
     LARGEST_SEED,
     Cell,
-    Depth,
     Extent,
-    Height,
     Metres,
-    Moment,
-    MostMemory,
     MostParts,
     PowerOfTwo,
     Size,
@@ -115,7 +111,6 @@ class CameraPreset(Table):
         "turn of the view, clockwise [degrees/s]; 0 = none", 0.0, least=-1e5, most=1e5
     )
     fps: float = key("frames per second", 24.0, above=0, most=1000)
-    date: Moment = None
     behaviour: str = key(
         "what it does by itself, see `lodbench list`; absent = it keeps to its path", ""
     )
@@ -175,7 +170,6 @@ class ViewPreset(Table):
     metric: str = key("which member of the metric family decides, see `lodbench list`", "blake")
     detail: float = key("detail threshold τ [px]", 1.0, above=0, most=1e6)
     max_parts: MostParts = None
-    max_memory: MostMemory = None
     offscreen_detail: float = key(
         "share of the detail that is kept out of view", 0.25, above=0, most=1
     )
@@ -199,12 +193,9 @@ class ViewPreset(Table):
 
 
 class AirPreset(Table):
-    """Haze and mist. Koschmieder's 2 %: beta = 3.912/visibility (not the WMO's 5 %)."""
+    """Haze. Koschmieder's 2 %: beta = 3.912/visibility (not the WMO's 5 %)."""
 
     visibility: Visibility = None
-    mist: Visibility = None
-    mist_base: Height = key("below it mist is even; above the datum, as 20m or -5m", 0.0)
-    mist_scale: Depth = key("above its base mist thins e-fold over this, as 50m", 50.0)
     seeing: float = key(
         "full width of the blur by turbulence [seconds of arc]", 0.0, least=0, most=3600
     )
@@ -278,7 +269,6 @@ class TerrainPreset(Table):
         PowerOfTwo, key("longest wavelength [m], a power of two", least=1, most=2**24)
     ] = 1024.0
     hurst: float = key("Hurst exponent: 0 rough, 1 smooth", 0.8, above=0, most=1)
-    lacunarity: float = key("how much shorter each octave's waves are", 2.0, least=1.5, most=4)
     reach: float = key("how far from the eye the ground is built [m]", 40_000.0, least=16, most=1e7)
     finest: Annotated[
         PowerOfTwo, key("finest spacing of the mesh [m], a power of two", least=2**-5, most=1)
@@ -300,9 +290,8 @@ class RenderPreset(Table):
     )
     max_depth: int = key("longest light path, in segments", 4, least=1, most=64)
     variant: Annotated[str, Field(min_length=1)] = key("Mitsuba variant, or auto", "auto")
-    haze: Literal["analytic", "scattered", "medium"] = key(
-        "airlight of the horizon's sky or as the air scatters it, or a medium (reference)",
-        "analytic",
+    haze: Literal["analytic", "medium"] = key(
+        "airlight of the horizon's sky, or a medium that scatters light (reference)", "analytic"
     )
     spectral: bool = key("light of 16 bands, not of three colours (reference)", False)
 
@@ -389,6 +378,6 @@ class Preset(Table):
             if metric.along_axis:
                 raise refuse("needs a view axis, not a panorama", "choose blake", "view.metric")
             if self.render.spectral or self.render.haze == "medium":
-                rule = "a panorama is rendered in colours, with haze that is analytic or scattered"
+                rule = "a panorama is rendered in colours, with analytic haze"
                 raise refuse(rule, "leave --spectral and --haze out", "camera.projection")
         return self

@@ -3,7 +3,6 @@
 import math
 import re
 from collections.abc import Callable
-from datetime import datetime
 from typing import Annotated, Any
 
 from pydantic import (
@@ -122,18 +121,6 @@ def _power_of_two(value: float) -> float:
     return value
 
 
-def _moment(value: Any) -> Any:
-    if value is None or isinstance(value, int | float | bool):
-        return value
-    try:
-        moment = value if isinstance(value, datetime) else datetime.fromisoformat(str(value))
-    except ValueError:
-        moment = None
-    if moment is None or moment.tzinfo is not None:
-        raise refuse("a local date and time, without a zone", "try 2026-06-21T12:00:00")
-    return moment.isoformat(timespec="seconds")
-
-
 def _metres(value: float | None) -> str | None:
     return None if value is None else f"{value!r}m"
 
@@ -169,20 +156,14 @@ def parse_crop(text: str, size: tuple[int, int], where: str = "crop") -> tuple[i
 def parse_length(text: object, where: str = "length") -> float:
     """Parse a length with its unit, in metres. Raises InputError without one, or unless above 0."""
     match = _LENGTH.fullmatch(text) if isinstance(text, str) else None
-    if match is not None and not float(match[1]) > 0:
-        raise InputError(where, text, "a length above 0, with its unit", _CURE)
-    return parse_height(text, where)
-
-
-def parse_height(text: object, where: str = "height") -> float:
-    """Parse a height with its unit, in metres, of either sign. Raises InputError without a unit."""
-    match = _LENGTH.fullmatch(text) if isinstance(text, str) else None
     if match is None:
         rule, cure = "a number with its unit, m or km", _CURE
         if isinstance(text, int | float):
             cure = f'write "{text:g}km" or "{text:g}m"'
         raise InputError(where, text, rule, cure)
     number, unit = match.groups()
+    if not float(number) > 0:
+        raise InputError(where, text, "a length above 0, with its unit", _CURE)
     if unit not in UNITS_M:
         rule = "a length names its unit, m or km"
         raise InputError(where, text, rule, f"write {number}km or {number}m")
@@ -209,16 +190,6 @@ Visibility = Annotated[
     PlainSerializer(_metres),
     key("distance at which 2 % of contrast is left, 1m to 330km; absent or 'clear' = no haze"),
 ]
-Height = Annotated[
-    Annotated[float, Field(ge=-1e6, le=1e6)],
-    BeforeValidator(_reported(parse_height)),
-    PlainSerializer(_metres),
-]
-Depth = Annotated[
-    Annotated[float, Field(ge=0.1, le=1e6)],
-    BeforeValidator(_reported(parse_length)),
-    PlainSerializer(_metres),
-]
 Extent = Annotated[
     Annotated[float, Field(gt=0, le=_FARTHEST_M)] | None,
     BeforeValidator(_reported(_extent)),
@@ -229,19 +200,10 @@ MostParts = Annotated[
     Annotated[int, Field(ge=1, le=10**12)] | None,
     key("parts displayed at most, 1 to 1e12: they choose the detail; absent = no limit"),
 ]
-MostMemory = Annotated[
-    Annotated[int, Field(ge=10**6, le=10**15)] | None,
-    key("bytes a frame may be foreseen to need, 1e6 to 1e15: they choose the detail; absent = any"),
-]
 Size = Annotated[
     tuple[Side, Side],
     BeforeValidator(_reported(_size)),
     key(f"WIDTHxHEIGHT in pixels, each side from 1 to {LARGEST_SIDE}"),
-]
-Moment = Annotated[
-    str | None,
-    BeforeValidator(_moment),
-    key("local date and time of frame 1, as 2026-06-21T12:00:00; absent = none"),
 ]
 Metres = Annotated[float, Field(ge=-_FARTHEST_M, le=_FARTHEST_M)]
 Cell = Annotated[int, Field(ge=-_FARTHEST_CELL, le=_FARTHEST_CELL)]

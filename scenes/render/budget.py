@@ -1,4 +1,4 @@
-"""A budget of parts or of memory for a sequence: one detail for all frames, chosen before any.
+"""A budget of parts for a sequence: one detail for all frames, chosen before any.
 
 Every frame then stands alone, and detail does not jump from frame to frame.
 """
@@ -14,7 +14,7 @@ from lod.view import View
 from scenes.field.forecast import forecast_field
 from scenes.presets.schema import Preset
 from scenes.processes.memory_limit import MemoryLimit, memory_limit, size_text
-from scenes.render.memory import forecast, frame_bytes, parts_bytes, predicted_bytes, preflight
+from scenes.render.memory import forecast, frame_bytes, parts_bytes, preflight
 from scenes.render.variants import choose
 from scenes.scene import Scene
 from scenes.world.world import World
@@ -32,7 +32,7 @@ FINEST_PX, _FINER, _FILLED = 1 / 8, 2**-0.25, 0.8
 """Finest detail of a reference [px], the step between those that are tried, and the share of the
 memory that one is estimated to fill: estimates are within some 20 %."""
 
-_UNPRUNED: dict[str, object] = {"metric": "blake", "max_parts": None, "max_memory": None}
+_UNPRUNED: dict[str, object] = {"metric": "blake", "max_parts": None}
 _UNPRUNED |= {"haze_aware": False, "smear": "off", "update_threshold": 0.0, "fade": 0.0}
 
 
@@ -70,7 +70,8 @@ def reference_preset(
         rule = "a reference at one pixel needs more, or ground that cannot be made"
         raise InputError("--max-memory", limit.told, rule, "allow more, or ask for fewer pixels")
     note(f"lodbench: --reference: {detail:.3g} px, about {size_text(needed)}; {why}")
-    return _at_detail(scene.preset, detail)
+    view = scene.preset.view.model_copy(update={"detail": detail})
+    return scene.preset.model_copy(update={"view": view})
 
 
 def within_budget(
@@ -81,31 +82,33 @@ def within_budget(
 ) -> Preset:
     """Choose the finest detail for a preset at which all its frames are within its limits.
 
-    They hold at most ``view.max_parts`` parts, and are predicted to need at most
-    ``view.max_memory`` bytes; the fullest uses nearly all of that
+    They hold at most ``view.max_parts`` parts; the fullest uses nearly all of that
     (``lod.part_budget``). Where there are not so many parts to show, the detail is
     the coarsest that shows all there are, or the finest that the ground can have, and ``note`` is
-    called with a line that says so. Without such limits the preset stays as it is. Raises
+    called with a line that says so. Without such a limit the preset stays as it is. Raises
     InputError where no detail fits, and where so many parts need more memory than ``most_bytes``
     allow (``memory_limit``).
     """
-    view = preset.view
-    if view.max_parts is None and view.max_memory is None:
+    most = preset.view.max_parts
+    if most is None:
         return preset
-    scene, details = Scene(preset), []
+    scene = Scene(preset)
     preflight(scene, (), most_bytes)
-    if view.max_parts is not None:
-        need = _parts_of(scene, memory_limit(most_bytes), view.max_parts)
-        detail = _fitting(need, view.max_parts, view.detail, frames, "--max-parts")
-        details.append(finest := _finest_ground(scene, detail, frames))
-        shown = max(need(frame, finest) for frame in frames)
-        if shown < MIN_BUDGET_USE * view.max_parts:
-            why = "the ground can be no finer" if finest > detail else "that is all there is"
-            found = f"{shown:,} parts at {finest:.4g} px: {why}"
-            note(f"lodbench: --max-parts {view.max_parts:,}: {found}")
-    if view.max_memory is not None:
-        details.append(_fitting_memory(scene, view.max_memory, frames))
-    return _at_detail(preset, max(details))
+    need = _parts_of(scene, memory_limit(most_bytes), most)
+    detail = preset.view.detail
+    for number, frame in enumerate(frames):
+
+        def at(px: float, frame: int = frame) -> int:
+            return need(frame, px)
+
+        if number == 0 or at(detail) > most:  # it grows while a frame is over
+            detail = find_detail(at, most, detail, "--max-parts").detail
+    finest = _finest_ground(scene, detail, frames)
+    shown = max(need(frame, finest) for frame in frames)
+    if shown < MIN_BUDGET_USE * most:
+        why = "the ground can be no finer" if finest > detail else "that is all there is"
+        note(f"lodbench: --max-parts {most:,}: {shown:,} parts at {finest:.4g} px: {why}")
+    return preset.model_copy(update={"view": preset.view.model_copy(update={"detail": finest})})
 
 
 def _finest_ground(scene: Scene, detail: float, frames: Sequence[int]) -> float:
@@ -128,44 +131,6 @@ def _finest_ground(scene: Scene, detail: float, frames: Sequence[int]) -> float:
                 low, high = (low, middle) if can_be(math.exp(middle)) else (middle, high)
             found = math.exp(high)
     return found
-
-
-def _fitting(need: Need, most: int, start: float, frames: Sequence[int], where: str) -> float:
-    """The detail at which every frame's need is met: it grows while a frame is over."""
-    detail = start
-    for number, frame in enumerate(frames):
-
-        def at(px: float, frame: int = frame) -> int:
-            return need(frame, px)
-
-        if number == 0 or at(detail) > most:
-            detail = find_detail(at, most, detail, where).detail
-    return detail
-
-
-def _fitting_memory(scene: Scene, most: int, frames: Sequence[int]) -> float:
-    """The detail at which every frame's bytes are met, less those that an empty frame needs."""
-    preset = scene.preset
-    variant = choose(preset.render.variant, preset.render.spectral)
-
-    def bytes_at(frame: int, px: float) -> int:
-        return predicted_bytes(scene.with_preset(_at_detail(preset, px)).input(frame, variant))
-
-    made = scene.input(frames[0], variant)
-    least = predicted_bytes(replace(made, displayed=()))
-    if most <= least:
-        rule = f"a frame of this size needs about {size_text(least)} with nothing in it"
-        cure = "allow more, or ask for fewer pixels or samples"
-        raise InputError("--max-memory --fit", size_text(most), rule, cure)
-
-    def above_least(frame: int, px: float) -> int:
-        return max(bytes_at(frame, px) - least, 0)
-
-    return _fitting(above_least, most - least, preset.view.detail, frames, "--max-memory --fit")
-
-
-def _at_detail(preset: Preset, detail: float) -> Preset:
-    return preset.model_copy(update={"view": preset.view.model_copy(update={"detail": detail})})
 
 
 def _parts_of(scene: Scene, limit: MemoryLimit, most: int) -> Need:

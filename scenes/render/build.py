@@ -23,7 +23,7 @@ from scenes.render.built_shapes import (
     stabilise_kernels,
 )
 from scenes.render.description import MEDIUM, Copies, Description
-from scenes.render.light import load_plugin, sun, surroundings, variant_bands
+from scenes.render.light import load_plugin, sky, sun, variant_bands
 from scenes.render.surfaces import Surfaces
 
 
@@ -137,7 +137,8 @@ def build_scene(description: Description) -> BuiltScene:
     moving = {name: shapes[name] for name in description["moves"]}
     medium, contents = None, {}
     scalar = str(mi.variant()).startswith("scalar_")
-    lights = {"sky": surroundings(description["light"]), "sun": sun(description["light"])}
+    light = description["light"]
+    lights = {"sky": sky(light, sun_scale=0.0), "sun": sun(light)}
     if box := description.get(MEDIUM):
         contents[MEDIUM] = _box(box)
         medium = contents[MEDIUM].interior_medium()
@@ -253,7 +254,6 @@ def _integrators(description: Description) -> dict[str, Any]:
 
 
 def _box(box: Description) -> Any:
-    """Twelve triangles about the origin that bend no light, around air that scatters it."""
     air = {
         "type": "homogeneous",
         "sigma_t": {"type": "rgb", "value": box["beta"].tolist()},

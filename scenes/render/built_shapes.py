@@ -101,7 +101,6 @@ def stabilise_kernels(shapes: Description, reach: float = 0.0) -> Description:
 
 
 def _with_thin(curve: Description, corner: float) -> Description:
-    """A curve of at most one segment with two more that no ray meets, behind its own."""
     ends = [[corner, corner, share * corner, 1e-6] for share in (1.0, 0.999, 0.998)]
     points, segments = curve["control_points"], curve["segment_indices"]
     more = len(points) + np.arange(2, dtype=np.uint32)

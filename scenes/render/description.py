@@ -239,8 +239,6 @@ _FAR = 4.0
 
 def with_medium(description: Description, air: Air) -> Description:
     """Put a description into a box of air, whose size and contents are its ``medium``."""
-    if air.mist is not None:
-        raise InputError("--haze", "medium", "even haze, and there is mist", "try analytic")
     if air.visibility_m is None:
         raise InputError("--haze", "medium", "haze to scatter light", "give it a --visibility")
     bottom, top, reach = extent(description)
@@ -397,7 +395,6 @@ def describe_frame(frame_input: FrameInput) -> Description:
             "to_sun": frame_input.light.to_sun,
             "turbidity": frame_input.light.turbidity,
             "weight": quality.sun_sampling,
-            "canopy": frame_input.light.canopy,
         },
         "integrator": {"max_depth": quality.max_depth},
         "shapes": shapes,

@@ -140,6 +140,6 @@ class FrameSession:
 
     def header(self, frame: int) -> dict[str, Any]:
         """Make the header of a frame's file: all that determines its pixels."""
-        camera, shot = self._scene.camera(frame), self._preset.camera
-        header = frame_header(camera, shot.fps, self.settings, frame, shot.date)
+        fps = self._preset.camera.fps
+        header = frame_header(self._scene.camera(frame), fps, self.settings, frame)
         return header | picture_windows(self._preset.render.size, self._preset.render.window)

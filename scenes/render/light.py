@@ -1,9 +1,8 @@
 """Sun, sky and horizon of a frame, as Mitsuba's emitters and as radiance by direction and band.
 
 An _rgb variant renders in three bands, each with an effective wavelength; a _spectral variant in as
-many as ``EDGES_NM`` leaves room for, and each holds the integral of the radiance over it. Tables of
-radiance have rows by elevation and columns clockwise from north, evenly. The airlight of analytic
-haze is the sky's own radiance at the horizon, so that land fades into the sky.
+many as ``EDGES_NM`` leaves room for, and each holds the integral of the radiance over it. The
+airlight of haze is the sky's own radiance at the horizon, so that land fades into the sky.
 """
 
 from dataclasses import dataclass
@@ -24,39 +23,6 @@ def load_plugin(plan: dict[str, Any]) -> Any:
     Loaded in parallel they are numbered by chance, and a JIT variant compiles their numbers.
     """
     return mi.load_dict(plan, parallel=False)
-
-
-def interpolate(table: np.ndarray, row: np.ndarray, turn: np.ndarray) -> np.ndarray:
-    """Interpolate between the four nearest entries of a table (rows, columns, bands), (…, bands).
-
-    ``row`` (…) counts from 0 and stays within the table; ``turn`` (…) is in whole turns.
-    """
-    rows, columns = table.shape[:2]
-    row, column = np.clip(row, 0, rows - 1), turn % 1.0 * columns
-    lower, left = np.floor(row).astype(np.int64), np.floor(column).astype(np.int64)
-    up_share, right_share = (row - lower)[..., None], (column - left)[..., None]
-    upper, left, right = np.minimum(lower + 1, rows - 1), left % columns, (left + 1) % columns
-    below = table[lower, left] * (1 - right_share) + table[lower, right] * right_share
-    above = table[upper, left] * (1 - right_share) + table[upper, right] * right_share
-    return below * (1 - up_share) + above * up_share
-
-
-def azimuth(directions: np.ndarray) -> np.ndarray:
-    """Azimuth in whole turns clockwise from north, (…, 3) → (…), 0 to 1."""
-    return np.arctan2(directions[..., 0], directions[..., 1]) / (2 * np.pi) % 1.0
-
-
-def row_sine(rows: int, up: np.ndarray) -> np.ndarray:
-    """Row of a direction by its sine of elevation, of which rows are middles of even steps."""
-    return (up + 1) / 2 * rows - 0.5
-
-
-def row_upper(rows: int, up: np.ndarray) -> np.ndarray:
-    """Row of a direction by the root of its sine of elevation, from the horizon to straight up.
-
-    Most rows lie where the sky changes most.
-    """
-    return np.sqrt(np.clip(up, 0.0, 1.0)) * (rows - 1)
 
 
 EDGES_NM = np.arange(400.0, 721.0, 20.0)
@@ -115,30 +81,6 @@ def make_bands(is_spectral: bool) -> Bands:
     mean = observer.reshape(len(centres), -1, 3).mean(axis=1) / _CIE_Y_NM
     to_rgb = RGB_COLOURSPACES["ITU-R BT.709"].matrix_XYZ_to_RGB
     return Bands(centres, width, mean @ to_rgb.T)
-
-
-_ROWS, _COLUMNS = 256, 144
-"""Of a picture of all directions."""
-
-
-def surroundings(light: Description) -> Any:
-    """Make the light from all around: the sky, or its light through a layer of air.
-
-    The latter is a picture of what reaches the ground from each direction, where the frame is lit
-    through such a layer.
-    """
-    if "scattering_layer" not in light:
-        return sky(light, sun_scale=0.0)
-    up = np.sin(np.pi * (0.5 - (np.arange(_ROWS) + 0.5) / _ROWS))
-    turn = (np.arange(_COLUMNS) + 0.5) / _COLUMNS
-    table = light["scattering_layer"].sky_from_ground
-    turns, rows = np.broadcast_arrays(turn, row_upper(len(table), up)[:, None])
-    picture = interpolate(table, rows, turns) * (up > 0)[:, None, None]
-    return {
-        "type": "envmap",
-        "bitmap": mi.Bitmap(np.ascontiguousarray(picture, np.float32)),
-        "to_world": mi.ScalarTransform4f().rotate([1, 0, 0], 90),
-    }
 
 
 def sky(light: Description, sun_scale: float = 1.0, sky_scale: float = 1.0) -> Description:
@@ -201,8 +143,6 @@ def sun_irradiance(light: Description) -> np.ndarray:
 def sun(light: Description) -> Description:
     """Describe the sun as a directional light of the same irradiance, which has no penumbra."""
     made, irradiance = variant_bands(), sun_irradiance(light)
-    if layer := light.get("scattering_layer"):
-        irradiance = irradiance * layer.sun_to_ground
     colour: Description = {"type": "rgb", "value": irradiance.tolist()}
     if made.is_spectral:
         low, high = made.wavelengths[[0, -1]].tolist()

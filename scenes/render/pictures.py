@@ -145,7 +145,6 @@ def level_pixels(layers: Layers) -> np.ndarray:
 
 
 def _with_legend(picture: np.ndarray, deepest: int) -> np.ndarray:
-    """Squares with the numbers of the levels, coarse to fine, over the lowest rows."""
     height, width = picture.shape[:2]
     size = max(8, height // 24)
     if width < (LEVELS + 3) * 5 * size / 2:

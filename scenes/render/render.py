@@ -76,11 +76,8 @@ def build(description: Description, air: Air, quality: Quality) -> BuiltFrame:
     variants.use(name)
     from scenes.render.build import build_scene
     from scenes.render.haze import make_haze
-    from scenes.render.scattered_layer import with_scattering_layer
 
     statistics = _statistics(description)
-    if quality.haze == "scattered":
-        description["light"] = with_scattering_layer(description, air)["light"]
     scene = build_scene(description)
     haze = make_haze(scene, air)
     return BuiltFrame(scene, haze, name, statistics, {"build": time.perf_counter() - start})
@@ -110,8 +107,8 @@ def move_camera(
 ) -> BuiltFrame:
     """Give a built frame another camera, with coordinates from the same grid corner.
 
-    It must not be used with scattered haze or a medium if it is far from the camera before: their
-    air depends on the eye's place. The eyes of a pair are near enough.
+    It must not be used with a medium if it is far from the camera before: the medium depends on the
+    eye's place. The eyes of a pair are near enough.
     """
     start = time.perf_counter()
     from scenes.render.haze import make_haze

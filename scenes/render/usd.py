@@ -96,7 +96,6 @@ def _camera(stage: Any, frame_input: FrameInput) -> None:
 
 
 def _curves(stage: Any, path: str, shape: Description) -> None:
-    """One linear curve for each chain of sticks."""
     from pxr import UsdGeom, Vt
 
     first, points = shape["segment_indices"].astype(np.int64), shape["control_points"]

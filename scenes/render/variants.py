@@ -170,7 +170,6 @@ def candidates() -> list[str]:
 
 
 def _found() -> Iterator[Path]:
-    """Files named libLLVM, from the loader's cache and the usual folders."""
     for line in _loader_cache():
         if "libLLVM" in line and "=>" in line:
             yield Path(line.split("=>")[1].strip())
@@ -244,7 +243,6 @@ print("works")
 
 
 def _why(code: int, words: str) -> str:
-    """The most telling line of a failed child."""
     lines = [line.strip() for line in words.splitlines() if line.strip()]
     telling = ("too old", "LLVM ERROR", "Error:")
     line = next((ln for sign in telling for ln in lines if sign in ln), lines[-1] if lines else "")

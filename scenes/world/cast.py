@@ -129,7 +129,6 @@ def preset_roles(preset: Preset) -> Iterator[Role]:
 
 
 def _places(rng: np.random.Generator, count: int, side: float, where: str) -> np.ndarray:
-    """Draw places in a square, each in a square of its own of a lattice, apart from the others."""
     across = int(np.ceil(np.sqrt(count)))
     pitch = side / across
     if pitch < _APART_M:

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lod.air import Air, Mist
-from lod.canopy import BARE, Canopy
+from lod.air import Air
 from scenes.presets.schema import Preset
 
 
@@ -16,13 +15,11 @@ class Light:
 
     sun_azimuth_deg    clockwise from north (+y) [degrees]
     sun_elevation_deg  above the horizon [degrees]
-    canopy             whose shade is in the air, where haze is scattered light
     """
 
     sun_azimuth_deg: float
     sun_elevation_deg: float
     turbidity: float = 3.0
-    canopy: Canopy = BARE
 
     @property
     def to_sun(self) -> np.ndarray:
@@ -32,13 +29,11 @@ class Light:
 
 
 def sun_and_sky(preset: Preset) -> Light:
-    """Return the sun and sky of a preset, over bare ground."""
+    """Return the sun and sky of a preset."""
     light = preset.light
     return Light(light.sun_azimuth, light.sun_elevation, light.turbidity)
 
 
 def preset_air(preset: Preset) -> Air:
     """Return the air that frames are rendered in, and that the same frames are pruned by."""
-    keys = preset.air
-    mist = None if keys.mist is None else Mist(keys.mist, keys.mist_base, keys.mist_scale)
-    return Air(keys.visibility, mist)
+    return Air(preset.air.visibility)

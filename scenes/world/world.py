@@ -3,7 +3,6 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 from lod.metric import METRICS
 from lod.pruner import Representation
@@ -17,7 +16,7 @@ from scenes.models.catalogue import PROTOTYPE_SEED, model_prototypes
 from scenes.particles.dust import Dust
 from scenes.particles.footfalls import Soil
 from scenes.particles.plume import KINDS, Plume
-from scenes.plugins import GroundedRepresentation, make_representation
+from scenes.plugins import make_representation
 from scenes.presets.load import has_acting
 from scenes.presets.schema import Preset
 from scenes.presets.things import SpeciesPreset
@@ -38,7 +37,7 @@ class World:
     placed: tuple[Placed, ...] = ()
     plumes: tuple[Plume, ...] = ()
     dust: tuple[Dust, ...] = ()
-    others: tuple[GroundedRepresentation, ...] = ()
+    others: tuple[Representation, ...] = ()
     cast: Cast | None = None
 
     @property
@@ -51,19 +50,6 @@ class World:
         """Return all representations but the ground and the fields of species."""
         actors = (self.cast,) if self.cast and self.cast.prototypes else ()
         return (*self.placed, *self.plumes, *self.dust, *self.others, *actors)
-
-    @cached_property
-    def top_m(self) -> float:
-        """Return the height above the datum that nothing in the world exceeds [m]."""
-        prototypes = [each.prototypes for each in self.fields] + [
-            each.prototypes for each in self.placed
-        ]
-        trees = (tree for each in prototypes for tree in each.part_tables.hierarchies)
-        tallest = max((float(tree.position[0, 2] + tree.B[0]) for tree in trees), default=0.0)
-        rising: tuple[GroundedRepresentation, ...] = (*self.plumes, *self.dust, *self.others)
-        highest = max((each.top_m for each in rising), default=0.0)
-        acting = self.cast.highest_m if self.cast else 0.0
-        return self.terrain.bounds()[1] + max(tallest, highest, acting)
 
 
 def build_world(

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from bench.conformance import FORMULA, broken_plugin_rules
+from bench.conformance import FORMULA
 from bench.counting import scaling_grid
 from bench.experiment import experiments
 from bench.experiments.law import EXPERIMENT as law
@@ -21,7 +21,6 @@ from bench.statistics.estimates import StoppingRule
 from lod.errors import InputError
 from lod.metric import METRICS, Metric
 from scenes import plugins
-from scenes.plugins import plugin_by_name
 from scenes.render.variants import choose, trusting
 from tests.bench.edited import with_cases
 from tests.said import said
@@ -158,12 +157,6 @@ WRONG = {
 def test_every_rule_of_a_formula_notices(rule):
     assert list(rule(METRICS["blake"])) == []
     assert list(rule(Metric("wrong", WRONG[rule.__name__], "wrong")))
-
-
-@pytest.mark.usefixtures("package")
-def test_something_above_its_top_is_noticed(monkeypatch):
-    monkeypatch.setattr(type(plugin_by_name("fence").make("f", 0, None)), "top_m", 0.1)
-    assert broken_plugin_rules("fence")["under_its_top"]
 
 
 @pytest.mark.usefixtures("package")

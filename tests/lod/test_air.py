@@ -17,18 +17,14 @@ from colour.phenomena import scattering_cross_section
 from colour.phenomena.rayleigh import molecular_density
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.integrate import quad
 
 from lod.air import (
     CLEAR,
     Air,
-    Mist,
     angstrom_exponent,
-    extinction,
     extinction_from_visibility,
     haze_extinction,
     least_extinction,
-    optical_depth,
     rayleigh_extinction,
     rgb_extinction,
     rgb_wavelengths,
@@ -45,8 +41,6 @@ from lod.eye import (
 
 GREEN = np.array([550.0])
 VISIBILITY = st.floats(math.log(50), math.log(3e5)).map(math.exp)
-HEIGHT = st.floats(-500, 3000)
-MIST = st.builds(Mist, VISIBILITY, st.floats(-200, 500), st.floats(1, 500))
 
 
 @pytest.mark.parametrize(("V", "beta"), [(1000, 3.912023e-3), (20000, 1.9560115e-4)])
@@ -89,47 +83,6 @@ def test_fog_is_grey(V):
 def test_clear_air_takes_nothing():
     assert rgb_extinction(CLEAR).tolist() == [0, 0, 0]
     assert least_extinction(CLEAR) == 0
-    path = np.array([1e12])
-    assert optical_depth(CLEAR, path, path, path, GREEN).tolist() == [[0.0]]
-
-
-@given(
-    haze=st.none() | VISIBILITY,
-    mist=MIST,
-    start=HEIGHT,
-    end=HEIGHT,
-    length=st.floats(0.1, 1e5),
-)
-def test_depth_of_a_path_against_quadrature(haze, mist, start, end, length):
-    air = Air(haze, mist)
-
-    def beta(share):
-        height = np.array([start + share * (end - start)])
-        return extinction(air, height, GREEN)[0, 0]
-
-    # Told where the path crosses the base: there the integrand has a corner.
-    crossing = (mist.base_m - start) / (end - start) if end != start else 0.5
-    points = [crossing] if 0 < crossing < 1 else None
-    expected = length * quad(beta, 0, 1, points=points, limit=200, epsabs=0, epsrel=1e-10)[0]
-    got = optical_depth(air, np.array([start]), np.array([end]), np.array([length]), GREEN)
-    assert got[0, 0] == pytest.approx(expected, rel=1e-7)
-
-
-def test_depth_of_a_path_by_hand():
-    """Over one H straight up β₀·H·(1 − 1/e); level, 40 m up; from 100 m below to the base β₀·L."""
-    mist = Mist(100.0, 10.0, 50.0)
-    beta = math.log(50) / 100
-    start, end, length = np.array([[10, 60, 50], [10, 10, 50], [-90, 10, 100]], float).T
-    got = optical_depth(Air(None, mist), start, end, length, GREEN)[:, 0]
-    assert got == pytest.approx([beta * 50 * (1 - math.exp(-1)), beta * 50, beta * 100])
-
-
-@given(haze=st.none() | VISIBILITY, mist=MIST, start=HEIGHT, end=HEIGHT, top=st.floats(0, 500))
-def test_no_path_is_clearer_than_the_least_extinction(haze, mist, start, end, top):
-    air, bands = Air(haze, mist), rgb_wavelengths()
-    ends = (np.array([start]), np.array([end]), np.ones(1))
-    depth = optical_depth(air, *ends, bands)
-    assert (depth >= least_extinction(air, max(start, end) + top) * (1 - 1e-12)).all()
 
 
 @pytest.mark.parametrize("V", [0.0, -1.0, 0.5, math.inf, math.nan, 4e5])

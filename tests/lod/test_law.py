@@ -71,7 +71,7 @@ SIGHTS = st.none() | st.builds(
 )
 
 
-@settings(max_examples=50)
+@settings(max_examples=20)
 @given(seed=st.integers(0, 10**6), m=st.floats(1e-3, 0.5), sight=SIGHTS)
 def test_limits_by_chains_agree_with_the_pruners(seed, m, sight):
     tree = tree_of(seed)

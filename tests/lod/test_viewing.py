@@ -69,7 +69,7 @@ def distances(W):
     return np.unique(every)
 
 
-@settings(max_examples=300)
+@settings(max_examples=100)
 @given(
     visibility_m=AIRS,
     contrast=CONTRASTS,

@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from lod.air import Air, Mist, least_extinction, rgb_extinction
+from lod.air import Air, rgb_extinction
 from lod.eye import CONTRAST_CLASSES, Display, Eye
 from lod.pruner import prune
 from lod.update_schedule import WINDOW
@@ -43,8 +43,7 @@ def sight(*settings, frame=1):
 
 
 def test_the_air_is_the_presets_own():
-    keys = ["air.visibility=5km", "air.mist=300m", "air.mist_base=-4m", "air.mist_scale=20m"]
-    assert preset_air(load_preset("meadow", keys)) == Air(5000.0, Mist(300.0, -4.0, 20.0))
+    assert preset_air(load_preset("meadow", ["air.visibility=5km"])) == Air(5000.0)
     assert preset_air(load_preset("fly_in")) == Air()
 
 
@@ -69,26 +68,6 @@ def test_a_display_or_an_eye_means_that_someone_looks():
     assert display.widths.eye > 0
     assert display.extinction > 0
     assert sight("eye={}", "view.haze_aware=false").extinction == 0
-
-
-def test_mist_counts_only_as_far_up_as_anything_reaches():
-    """On flat ground the tallest thing decides; from high above, the mist is all but gone."""
-    flat = ("terrain.amplitude=0", "air.visibility=5km", "air.mist=300m", "air.mist_scale=20m")
-    preset = load_preset("meadow", (*FEW, *flat))
-    scene = Scene(preset)
-    world = scene.world
-    top = world.top_m
-    tall = max(
-        t.hierarchy.position[0, 2] + t.hierarchy.B[0]
-        for field in world.fields
-        for t in field.prototypes.rigged
-    )
-    assert top == pytest.approx(tall)
-    low = scene.view(1).conditions.extinction
-    assert low == least_extinction(preset_air(preset), top)
-    assert low > 1.5 * least_extinction(Air(5000.0))
-    high = sight(*flat, "camera.height=2000").extinction
-    assert high == pytest.approx(least_extinction(Air(5000.0)), rel=1e-9)
 
 
 def test_haze_takes_only_what_is_beyond_the_last_of_its_contrast():

@@ -121,7 +121,6 @@ def _clear_cache() -> None:
 
 
 def _check(names: tuple[str, ...], as_json: bool) -> None:
-    """Hold metrics and representations against the rules that all others keep."""
     from bench.conformance import broken_metric_rules, broken_plugin_rules
     from lod.metric import METRICS
     from scenes.plugins import METRIC, REPRESENTATION, installed

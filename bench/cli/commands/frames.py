@@ -22,7 +22,6 @@ def command(print_commands: bool, words: tuple[str, ...]) -> None:
     They may run at once and anywhere: processes of the same settings share a folder.
     """
     from bench.cli.commands.render import command as render
-    from bench.cli.commands.render import fit_to_memory
     from scenes.render.budget import within_budget
     from scenes.render.variants import choose
 
@@ -39,14 +38,10 @@ def command(print_commands: bool, words: tuple[str, ...]) -> None:
     )
     variant = choose(chosen.render.variant, chosen.render.spectral)
     kept = [*drop_flag(drop_flag(words, "--frames"), "--variant"), "--variant", variant]
-    max_memory = flags["max_memory"]
-    if flags["fit"]:
-        chosen = fit_to_memory(chosen, max_memory)
-    if flags["max_parts"] is not None or flags["fit"]:
+    if flags["max_parts"] is not None:
         # One detail for all: a frame by itself would choose its own.
         note = partial(click.echo, err=True)
-        detail = within_budget(chosen, numbers, max_memory, note).view.detail
-        kept = [word for word in kept if word != "--fit"]
+        detail = within_budget(chosen, numbers, flags["max_memory"], note).view.detail
         for flag in ("--max-parts", "--detail"):
             kept = list(drop_flag(kept, flag))
         kept += ["--detail", repr(detail)]

@@ -23,7 +23,6 @@ from bench.cli.flags import (
     view_flags,
 )
 from bench.cli.output import Output, frame_progress, output, tell_first_run
-from lod.errors import InputError
 from scenes.files import check_ours, check_pattern, frame_path
 from scenes.presets.schema import Preset
 from scenes.render.pictures import PictureStyle
@@ -43,7 +42,7 @@ from scenes.render.pictures import PictureStyle
 )
 @click.option("--spp", metavar="N", help="Samples per pixel.")
 @click.option("--variant", metavar="NAME", help="Mitsuba variant, or auto.")
-@value_option("--haze", metavar="NAME", help="analytic, scattered or medium.")
+@value_option("--haze", metavar="NAME", help="analytic or medium.")
 @click.option("--spectral", is_flag=True, default=None, help="Wavelengths instead of RGB.")
 @click.option(
     "--update-threshold", metavar="PX", help="Redraw parts once they moved so far; 0 = always."
@@ -54,7 +53,6 @@ from scenes.render.pictures import PictureStyle
 @click.option("--resume", is_flag=True, help="Keep frames done with these settings (the default).")
 @click.option("--overwrite", is_flag=True, help="Render anew and replace whatever is there.")
 @click.option("--threads", type=click.IntRange(0, 1024), default=0, help="0 = one for each core.")
-@click.option("--fit", is_flag=True, help="Set --detail so that frames fill --max-memory instead.")
 @click.option(
     "--reference", is_flag=True, help="Leave nothing out: as fine as --max-memory allows."
 )
@@ -74,7 +72,6 @@ def command(
     overwrite: bool,
     threads: int,
     max_memory: int | None,
-    fit: bool,
     reference: bool,
     cluster: str | None,
     as_json: bool,
@@ -85,8 +82,6 @@ def command(
     numbers = frame_numbers(frames)
     look = PictureStyle(tone, exposure, view)
     chosen = preset_from_flags(preset, **flags)
-    if fit:
-        chosen = fit_to_memory(chosen, max_memory)
     from scenes.render.budget import reference_preset
     from scenes.render.render_files import Workers, render_files, settled
 
@@ -159,14 +154,6 @@ def _preview(
     for picture in pictures:
         out.say(str(picture))
     return [str(picture) for picture in pictures]
-
-
-def fit_to_memory(preset: Preset, most_bytes: int | None) -> Preset:
-    """Let a preset ask for the detail with which its frames fill so much memory."""
-    if not most_bytes:
-        raise InputError("--max-memory --fit", "0", "it fills a budget", "write --max-memory 4GB")
-    view = preset.view.model_copy(update={"max_memory": most_bytes})
-    return preset.model_copy(update={"view": view})
 
 
 def _previews(pattern: str) -> tuple[Path, Path]:

@@ -8,7 +8,6 @@ without loss, and make the same frame again.
 import json
 import math
 from collections.abc import Mapping
-from datetime import datetime, timedelta
 from fractions import Fraction
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
@@ -101,7 +100,6 @@ def frame_header(
     fps: float,
     settings: Mapping[str, Any],
     frame: int,
-    date: str | None = None,
 ) -> dict[str, Any]:
     """Make the attributes for write_exr: only what determines the pixels, so that hashes repeat.
 
@@ -109,8 +107,7 @@ def frame_header(
     right, y up, looking along +z; the picture from (0, 0), upper left, to (1, 1). The world's
     origin is the grid corner ``lod:corner``, and so is that of ``lod:eye`` [m]. Of a pair they are
     the left eye's, and the right one is ``lod:baseline_m`` to its right. settings: of
-    ``frame_settings``, or any nested plain data; settings_in reads them back. date: local, of frame
-    1, in ISO 8601. Raises InputError for a date beyond the year 9999.
+    ``frame_settings``, or any nested plain data; settings_in reads them back.
     """
     about: dict[str, Any] = {}
     attributes: dict[str, Any] = {}
@@ -139,7 +136,7 @@ def frame_header(
     return {
         **attributes,
         "framesPerSecond": Fraction(fps).limit_denominator(100_000),
-        **_time_of_shot(fps, frame, date),
+        **_time_code(fps, frame),
         **flatten_attributes(about, PREFIX),
         **settings_attributes(settings, frame),
     }
@@ -163,26 +160,18 @@ def picture_windows(size: tuple[int, int], window: tuple[int, ...]) -> dict[str,
     }
 
 
-def _time_of_shot(fps: float, frame: int, date: str | None) -> dict[str, Any]:
-    """When a frame is: ``timeCode`` as (hours, minutes, seconds, frames), and ``capDate``.
+def _time_code(fps: float, frame: int) -> dict[str, Any]:
+    """``timeCode`` as (hours, minutes, seconds, frames).
 
-    A time code counts from frame 1 in whole frames a second (24 at 23.976) and wraps after 24
-    hours; there is none above 30 a second, or where the rate is no whole number or 1000/1001 of
-    one.
+    It counts from frame 1 in whole frames a second (24 at 23.976) and wraps after 24 hours; there
+    is none above 30 a second, or where the rate is no whole number or 1000/1001 of one.
     """
-    found: dict[str, Any] = {}
     rate, count = round(fps), frame - 1
-    if 1 <= rate <= 30 and min(abs(fps - rate), abs(fps * 1.001 - rate)) < 1e-3 and count >= 0:
-        seconds = count // rate
-        found["timeCode"] = (seconds // 3600 % 24, seconds // 60 % 60, seconds % 60, count % rate)
-    if date is not None:
-        try:
-            now = datetime.fromisoformat(date) + timedelta(seconds=math.floor(count / fps))
-        except OverflowError:
-            rule = f"a date from which frame {frame} is before the year 10000"
-            raise InputError("camera.date", date, rule, "give an earlier date") from None
-        found["capDate"] = now.isoformat(sep=" ").replace("-", ":")
-    return found
+    is_whole = min(abs(fps - rate), abs(fps * 1.001 - rate)) < 1e-3
+    if not (is_whole and 1 <= rate <= 30 and count >= 0):
+        return {}
+    seconds = count // rate
+    return {"timeCode": (seconds // 3600 % 24, seconds // 60 % 60, seconds % 60, count % rate)}
 
 
 def settings_attributes(settings: Mapping[str, Any], frame: int) -> dict[str, Any]:

@@ -111,7 +111,6 @@ def _check_damaged(path: Path, candidates: list[tuple[int, Settings]]) -> Checke
 def _missing(
     folder: Path, names: Sequence[str], kinds: Kinds, frames: Sequence[int] | None
 ) -> Iterator[Checked]:
-    """Find frames that a sequence should have and that have no file."""
     for (before, after), several in kinds.items():
         own = {(before, after): several}
         there = sorted({frame for name in names for frame, _ in expected(name, own)})
@@ -127,7 +126,6 @@ def _only(several: list[Settings]) -> Settings | None:
 
 
 def _layers(pixels: Mapping[str, np.ndarray], preset: Preset) -> list[str]:
-    """What is wrong with channels, size and pixels."""
     wrong = []
     left, top, right, bottom = preset.render.window
     width, height = right - left, bottom - top
@@ -196,7 +194,6 @@ def repairs(
 def _rendered(
     settings: Settings, several: Sequence[Checked], render: Callable[[Job], Iterator[Record]]
 ) -> Iterator[Checked]:
-    """Frames of the same settings, rendered and looked at."""
     left = {found.path.name: found for found in several}
     paths = {found.frame: found.path for found in several if found.frame is not None}
     try:

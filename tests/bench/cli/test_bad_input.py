@@ -102,12 +102,6 @@ CASES: list[tuple[tuple[str, ...], tuple[str, ...]]] = [
     ((*RENDER, "--tone", "linear"), ("--tone", "'alone'", "add --preview")),
     ((*RENDER, "--view", "level"), ("--view", "'alone'", "add --preview")),
     ((*RENDER, "--exposure", "1"), ("--exposure", "'alone'", "add --preview")),
-    ((*RENDER, "--fit"), ("--fit", "'alone'", "--max-memory 4GB")),
-    ((*RENDER, "--fit", "--max-memory", "0"), ("--fit", "'0'", "--max-memory 4GB")),
-    (
-        (*RENDER, "--fit", "--max-memory", "4GB", "--detail", "2"),
-        ("--detail --fit", "'both'"),
-    ),
     (("verify", "here", "--threads", "2"), ("--threads", "'alone'", "add --repair")),
     (("verify", "here", "--max-memory", "4GB"), ("--max-memory", "'alone'", "add --repair")),
     (("run", "all", "nosuch", "-o", "out"), ("EXPERIMENT", "'nosuch'", "one of")),
@@ -217,7 +211,7 @@ def test_bad_input_is_one_clear_line(
 
 @pytest.mark.parametrize(
     ("preset", "least"),
-    [("badlands", "light.sun_elevation=1e-9"), ("meadow", "species.tree.density=1e-320")],
+    [("crowd", "light.sun_elevation=1e-9"), ("crowd", "species.tree.density=1e-320")],
 )
 def test_the_least_that_is_allowed_is_counted(run: Run, preset: str, least: str) -> None:
     """A sun on the horizon, and a density of which the reciprocal is no number."""

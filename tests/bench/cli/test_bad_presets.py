@@ -58,7 +58,6 @@ OTHERS = {
     "species.elk": NO_TABLE,
     "placed": NO_TABLE,
     "camera.position": (*NO_LIST, "[1]", "[1, 2, 3]", "['a', 'b']", "[nan, 0]", "[1e16, 0]"),
-    "camera.date": ("3", "true", "'noon'", "12:00:00", "2026-06-21T12:00:00Z", "'2026-13-01'"),
     "camera.cell": (*NO_LIST, "[1]", "[0.5, 0]", f"[{2**56}, 0]"),
     "camera.keys": (*NO_LIST, "[1]", "[{}]", "[{ frame = 1 }]"),
     "species.elk.sizes": (*NO_LIST, "[]", "[0]", "[-1]", "[1e4]", "['big']", "[nan]"),

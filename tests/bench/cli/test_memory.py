@@ -72,8 +72,8 @@ def test_a_detail_that_no_ground_can_have_is_refused(run: Run) -> None:
     assert "240000 tiles" in err and "raise --detail" in err
 
 
-@pytest.mark.parametrize("budget", ["1000000000000", "1000000000"])
-def test_a_budget_of_parts_that_memory_cannot_hold_is_refused(run: Run, budget: str) -> None:
+def test_a_budget_of_parts_that_memory_cannot_hold_is_refused(run: Run) -> None:
+    budget = "1000000000"
     code, _, err = run("count", "crowd", "--visibility", "clear", "--max-parts", budget)
     assert code == 2
     assert err.startswith(f"lodbench: error: --max-parts: {budget}: so many parts need about")

@@ -95,7 +95,7 @@ class Thrower(CompoundActor):
         raise ZeroDivisionError
 
 
-@settings(max_examples=200)
+@settings(max_examples=60)
 @given(addressed(), places)
 def test_a_message_reaches_the_part_it_names_and_no_other(case, place):
     family, route = case
@@ -107,7 +107,7 @@ def test_a_message_reaches_the_part_it_names_and_no_other(case, place):
     assert actor.receive(ask(route, "position")).value == place
 
 
-@settings(max_examples=200)
+@settings(max_examples=60)
 @given(addressed(), places)
 def test_every_whole_on_the_way_sees_the_message_unchanged_and_nobody_else(case, place):
     family, route = case
@@ -132,7 +132,7 @@ def inside(actor, way):
     return actor
 
 
-@settings(max_examples=200)
+@settings(max_examples=60)
 @given(addressed(), places, st.data())
 def test_a_modifying_whole_modifies(case, place, data):
     family, route = case
@@ -146,7 +146,7 @@ def test_a_modifying_whole_modifies(case, place, data):
     assert {r for r in before if after[r] != before[r]} <= {route}
 
 
-@settings(max_examples=200)
+@settings(max_examples=60)
 @given(addressed(), places, st.data())
 def test_a_rejected_change_leaves_every_bit_and_says_who_and_why(case, place, data):
     family, route = case
@@ -172,7 +172,7 @@ def test_a_change_broken_off_by_an_error_leaves_every_bit(family, data):
     assert isinstance(actor.receive(change("", "place", (1, 2, 3))), Answer)
 
 
-@settings(max_examples=200)
+@settings(max_examples=60)
 @given(addressed(), st.data())
 def test_an_unknown_route_names_the_nearest_known_one(case, data):
     family, route = case
@@ -189,7 +189,7 @@ def test_an_unknown_route_names_the_nearest_known_one(case, data):
     assert state(actor) == before
 
 
-@settings(max_examples=200)
+@settings(max_examples=60)
 @given(addressed(), st.data())
 def test_an_owned_part_cannot_be_owned_again(case, data):
     family, route = case

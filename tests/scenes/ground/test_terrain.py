@@ -19,7 +19,7 @@ from tests.scenes.ground.grounds import (
     FAR,
     FLAT,
     HILLS,
-    LACUNAR,
+    RIDGED,
     assert_watertight,
     cut_and_mesh,
     grounds,
@@ -151,7 +151,7 @@ def test_vertices_lie_on_the_relief_and_look_like_ground(terrain, view):
     assert np.all(((mesh.normals * way).sum(axis=1) > 0)[away > 1e-6])
     assert 0 < mesh.colours.min() and mesh.colours.max() < 0.5
     red, green, blue = mesh.colours.mean(axis=0)
-    assert min(red, green) > blue and (green > red or terrain is LACUNAR)  # which is steep: earth
+    assert min(red, green) > blue and (green > red or terrain is RIDGED)  # which is steep: earth
 
 
 @settings(max_examples=10)

@@ -249,7 +249,6 @@ def test_only_who_is_asked_to_throws_up_dust():
     assert clean.dust == () and clean.beside == ()
     assert [each.name for each in dusty.beside] == ["hare.dust"]
     assert dusty.dust[0] in dusty.representations
-    assert dusty.top_m >= clean.top_m
 
 
 def test_what_stays_at_home_throws_up_none():

@@ -15,7 +15,7 @@ from scenes.presets.load import (
     preset_values,
 )
 from scenes.presets.schema import Preset
-from scenes.presets.values import parse_height, parse_length, parse_size
+from scenes.presets.values import parse_length, parse_size
 
 NAMES = [name for name, _ in preset_names()]
 
@@ -29,12 +29,12 @@ def test_every_key_is_described_once() -> None:
 
 def test_a_key_tells_its_type_unit_range_and_default() -> None:
     entries = {each.name: each for each in key_entries()}
-    fov, mist = entries["camera.fov"], entries["air.mist_scale"]
+    fov, seen = entries["camera.fov"], entries["air.visibility"]
     assert (fov.kind, fov.unit, fov.default) == ("number", "degrees", 60.0)
     assert fov.range == "above 0 and below 180"
-    assert (mist.kind, mist.default, mist.required) == ("length", 50.0, False)
+    assert (seen.kind, seen.default, seen.required) == ("length", None, False)
     assert entries["species.NAME.density"].required
-    assert entries["render.haze"].kind == '"analytic" or "scattered" or "medium"'
+    assert entries["render.haze"].kind == '"analytic" or "medium"'
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -126,9 +126,6 @@ def test_a_preset_is_frozen() -> None:
         ("air.visibility=500m", "air.visibility", 500.0),
         ("air.visibility='3 km'", "air.visibility", 3000.0),
         ("air.visibility=clear", "air.visibility", None),
-        ("air.mist=300m", "air.mist", 300.0),
-        ("air.mist_base=-5m", "air.mist_base", -5.0),
-        ("air.mist_scale=0.02km", "air.mist_scale", 20.0),
         ("display.pixels_per_degree=40", "display.pixels_per_degree", 40.0),
         ("eye={}", "eye.signal_to_noise", 3.0),
         ("view.haze_aware=false", "view.haze_aware", False),
@@ -166,9 +163,8 @@ def test_a_whole_species_can_be_added() -> None:
         ("camera.hight=2", "did you mean camera.height?"),
         ("air.qqq=1", "known here: visibility"),
         ("air.visibility=1000km", "-D air.visibility: 1000000.0: at most 330000"),
-        ("air.mist=50", 'write "50km" or "50m"'),
-        ("air.mist_base=20", "-D air.mist_base: 20: a number with its unit"),
-        ("air.mist_scale=0m", "a length above 0"),
+        ("air.visibility=50", 'write "50km" or "50m"'),
+        ("air.visibility=0m", "a length above 0"),
         ("display.ppd=67", "no such key; did you mean display."),
         (
             "species.figur.density=1",
@@ -256,11 +252,6 @@ def test_names_and_paths_that_lead_nowhere(tmp_path: Path) -> None:
 )
 def test_a_length_is_in_metres(text: str, metres: float) -> None:
     assert parse_length(text) == metres
-
-
-@pytest.mark.parametrize(("text", "metres"), [("-3m", -3.0), ("0m", 0.0), ("1.2km", 1200.0)])
-def test_a_height_may_be_below(text: str, metres: float) -> None:
-    assert parse_height(text) == metres
 
 
 @pytest.mark.parametrize("text", ["20", 20, "", "-3km", "3 miles", "1e400km", "nan m", "١km", None])

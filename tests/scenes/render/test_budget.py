@@ -8,9 +8,7 @@ from lod.errors import InputError
 from lod.part_budget import MIN_BUDGET_USE
 from scenes.presets.load import load_preset
 from scenes.render.budget import FINEST_PX, parts_displayed, reference_preset, within_budget
-from scenes.render.memory import predict_bytes, predicted_bytes
-from scenes.render.variants import choose
-from scenes.scene import Scene, frame_quality
+from scenes.scene import Scene
 
 FRAMES = (1, 400, 3000)
 TINY = Path(__file__).resolve().parents[2] / "bench" / "cli" / "tiny.toml"
@@ -36,25 +34,6 @@ def test_the_budget_is_used_up_where_the_preset_alone_would_show_less():
 def test_a_budget_that_nothing_fits_is_refused():
     asked = load_preset(str(TINY), ["world.extent=300", "view.max_parts=1", "view.metric=full"])
     with pytest.raises(InputError, match="--max-parts"):
-        within_budget(asked, (1,))
-
-
-@pytest.mark.slow
-def test_memory_is_filled_and_never_more_is_foretold():
-    """The frames differ, and the fullest one decides."""
-    most, small = 365_000_000, 'render.size="64x36"'
-    asked = load_preset("meadow", [f"view.max_memory={most}", small, "camera.speed=20"])
-    chosen = within_budget(asked, (1, 400))
-    scene, variant = Scene(chosen), choose()
-    needs = [predicted_bytes(scene.input(frame, variant)) for frame in (1, 400)]
-    nothing = predict_bytes(0, 0, (64, 36), frame_quality(chosen, variant))
-    assert max(needs) <= most
-    assert max(needs) - nothing >= 0.97 * (most - nothing)
-
-
-def test_memory_that_an_empty_frame_needs_already_is_refused():
-    asked = load_preset(str(TINY), ["view.max_memory=100000000", 'render.size="64x36"'])
-    with pytest.raises(InputError, match="nothing in it"):
         within_budget(asked, (1,))
 
 

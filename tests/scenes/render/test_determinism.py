@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lod.air import Air, Mist
+from lod.air import Air
 from scenes.frame.frame_input import FrameInput
 from scenes.render.render import render_frame
 
@@ -29,7 +29,7 @@ def small_frame(make, variant, seed=1, frame=0, spp=5, most_samples=2**19):
         FrameInput(
             make.camera((50, 35)),
             tuple(scene),
-            Air(391.2, Mist(800.0, 0.5, 2.0)),
+            Air(391.2),
             make.light,
             quality,
         ),

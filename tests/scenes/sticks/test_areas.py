@@ -11,6 +11,8 @@ from scipy.spatial import ConvexHull
 
 from lod.errors import InputError
 from lod.shapes import Mesh, MeshTable, StickTable
+from scenes.ground.stand import full_detail_sticks
+from scenes.models.catalogue import model_prototypes
 from scenes.sticks.areas import (
     MOST_TRIANGLES,
     areas_of_parts,
@@ -196,3 +198,16 @@ def test_too_many_triangles_are_refused():
     many = mesh(np.random.default_rng(0).normal(size=(MOST_TRIANGLES + 1, 3, 3)))
     with pytest.raises(InputError, match="13 triangles"):
         largest_flat_areas(MeshTable.of([many]))
+
+
+def test_outlines_of_mirrored_limbs_are_finite():
+    """Rows meet both ears of a rabbit at once, and at one size only just."""
+    outlines = []
+    for rabbit, top in zip(
+        model_prototypes("rabbit", 1, (1.0, 1.2), True), (0.3572, 0.42864), strict=True
+    ):
+        table = full_detail_sticks(rabbit)[0]
+        middle = (table.start[:, 2] + table.end[:, 2]) / 2
+        below = [table.take(middle < top * (k / 6) ** 2) for k in range(1, 7)]
+        outlines.append([areas_of_parts(each, np.eye(3)[:2])[0].mean() for each in below])
+    assert np.allclose(outlines[1], 1.44 * np.array(outlines[0]), rtol=0.2, atol=2e-3)

@@ -122,30 +122,24 @@ def test_the_screen_window_is_as_wide_as_the_picture_at_distance_one(tmp_path, f
 
 
 TIMES = [
-    (24.0, 1, (0, 0, 0, 0), "2026:06:21 23:59:59"),
-    (24.0, 25, (0, 0, 1, 0), "2026:06:22 00:00:00"),
-    (24000 / 1001, 24 * 3661 + 6, (1, 1, 1, 5), "2026:06:22 01:01:03"),
-    (30.0, 30 * 86400 + 2, (0, 0, 0, 1), "2026:06:22 23:59:59"),
-    (12.5, 26, None, "2026:06:22 00:00:01"),
-    (60.0, 61, None, "2026:06:22 00:00:00"),
+    (24.0, 1, (0, 0, 0, 0)),
+    (24.0, 25, (0, 0, 1, 0)),
+    (24000 / 1001, 24 * 3661 + 6, (1, 1, 1, 5)),
+    (30.0, 30 * 86400 + 2, (0, 0, 0, 1)),
+    (12.5, 26, None),
+    (60.0, 61, None),
 ]
 
 
-@pytest.mark.parametrize(("fps", "frame", "code", "date"), TIMES)
-def test_the_shot_tells_the_time_and_no_clock_does(tmp_path, fps, frame, code, date):
-    made = frame_header(camera(), fps, {}, frame, "2026-06-21T23:59:59")
+@pytest.mark.parametrize(("fps", "frame", "code"), TIMES)
+def test_the_shot_tells_the_time(tmp_path, fps, frame, code):
+    made = frame_header(camera(), fps, {}, frame)
     write_exr(tmp_path / "a.exr", some_layers(), made)
     header = read_header(tmp_path / "a.exr")
-    assert header["capDate"] == date and ("timeCode" in header) == (code is not None)
+    assert ("timeCode" in header) == (code is not None)
     if code:
         found = header["timeCode"]
         assert (found.hours, found.minutes, found.seconds, found.frame) == code
-    assert "capDate" not in frame_header(camera(), fps, {}, frame)
-
-
-def test_a_date_that_the_shot_outlives_is_refused():
-    with pytest.raises(InputError, match="before the year 10000"):
-        frame_header(camera(), 1.0, {}, 3, "9999-12-31T23:59:59")
 
 
 VALUES = (
@@ -168,7 +162,7 @@ KEYS = st.text("abcdefgh-_é", min_size=1, max_size=20)
     fps=st.floats(0.001, 1000),
     cell=st.tuples(*[st.integers(-(2**55), 2**55)] * 2),
 )
-@hypothesis_settings(max_examples=200, deadline=None)
+@hypothesis_settings(max_examples=60, deadline=None)
 def test_any_header_survives_the_round_trip(settings, frame, fps, cell):
     header = frame_header(camera(cell), fps, settings, frame)
     with tempfile.TemporaryDirectory() as folder:
