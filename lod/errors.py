@@ -11,11 +11,16 @@ class InputError(ValueError):
     def __init__(self, where: str, arrived: object, rule: str, cure: str = "") -> None:
         self.where, self.arrived, self.rule, self.cure = where, arrived, rule, cure
         message = f"{where}: {_short(arrived)}: {rule}"
-        super().__init__(f"{message}; {cure}" if cure else message)
+        super().__init__(shown(f"{message}; {cure}" if cure else message))
 
     def __reduce__(self) -> tuple[type, tuple[str, object, str, str]]:
         """Return what pickle needs to build the error again in another process."""
         return type(self), (self.where, self.arrived, self.rule, self.cure)
+
+
+def shown(text: str) -> str:
+    """Return text that a terminal shows and does not obey: control characters as escapes."""
+    return "".join(c if c.isprintable() or c.isspace() else ascii(c)[1:-1] for c in text)
 
 
 def _short(arrived: object, longest: int = 80) -> str:

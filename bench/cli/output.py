@@ -18,7 +18,7 @@ import click
 import numpy as np
 
 from bench.cli.kernel_cache import is_first_run
-from lod.errors import InputError
+from lod.errors import InputError, shown
 from scenes.processes.progress import followed_by
 from scenes.processes.streams import carry_failure, lenient_stream, stdout_to_stderr
 
@@ -41,11 +41,11 @@ class Output:
     def say(self, text: str) -> None:
         """Print a result in words, without --json only."""
         if self.stream is None:
-            click.echo(text)
+            click.echo(shown(text))
 
     def note(self, text: str) -> None:
         """Print progress or advice on stderr."""
-        click.echo(text, err=True)
+        click.echo(shown(text), err=True)
 
 
 @contextmanager

@@ -269,7 +269,7 @@ def read_record(path: Path) -> Record:
         TypeAdapter(Record).validate_json(canonical, strict=True)
         record = _record(body["content"])  # with numbers as they stand there, for their hash
         pictures_of(record)
-    except (ValidationError, TypeError) as error:  # TypeError of a key that it does not have
+    except (ValidationError, TypeError, KeyError) as error:  # of a key too many, or too few
         what = " ".join(str(error).split())[:200]
         raise refused(f"content as the schema has it ({what})") from None
     name = f"{record.experiment}-{sha256[:_IN_NAME]}.json"

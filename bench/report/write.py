@@ -77,6 +77,9 @@ def write_report(
     files |= {folder / name: content for name, content in _beside(sections).items()}
     for path in files:
         check_free(path, overwrite or _is_ours(path), "DIR")
+        if not path.parent.resolve().is_relative_to(folder.resolve()):
+            rule = f"{path.parent.name} is a folder there, and no link to another"
+            raise InputError("DIR", str(folder), rule, "remove the link")
     try:
         for path, content in files.items():
             path.parent.mkdir(parents=True, exist_ok=True)
@@ -144,7 +147,9 @@ def _beside(sections: list[Section]) -> dict[str, str | bytes]:
 
 def _csv(heads: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
     stream = io.StringIO()
-    csv.writer(stream, lineterminator="\n").writerows([heads, *rows])
+    # Texts that a spreadsheet would calculate are quoted as it quotes them.
+    told = ([f"'{v}" if re.match("[=+@-]", str(v)) and v == str(v) else v for v in r] for r in rows)
+    csv.writer(stream, lineterminator="\n").writerows([heads, *told])
     return stream.getvalue()
 
 

@@ -25,11 +25,10 @@ _FADING = 1.1
 class FieldForecast:
     """Expected numbers of what a view visits and displays of a species.
 
-    cells    visited; objects: those in them, wherever they can grow
+    objects  in the cells visited, wherever they can grow
     parts    displayed; sticks, triangles: those of the appearances that the parts show
     """
 
-    cells: float
     objects: float
     parts: float
     sticks: float
@@ -85,7 +84,6 @@ def forecast_field(field: SpeciesField, view: View) -> FieldForecast:
         triangles = np.where((kept > 0) & (kept < 1 / PLAIN), np.minimum(triangles, 1), triangles)
     visited = float(weight.sum())
     return FieldForecast(
-        cells=visited,
         objects=visited * cells.density * side**2,
         parts=float(of_part.sum()),
         sticks=float(of_part @ sticks) * _FADING,

@@ -338,6 +338,8 @@ def _albedo(where: str, prim: Any, primvar: Any, like: np.ndarray, time: Any) ->
     space = constant(texture, "sourceColorSpace", "auto")
     refuse(space in ("auto", "sRGB"), f"sourceColorSpace {space}", "a texture in sRGB")
     asset = constant(texture, "file", None)
+    place = Path(asset.resolvedPath if asset and asset.resolvedPath else "no picture")
+    refuse(place.is_file() or not place.exists(), str(place), "a picture that is a file")
     opened: Any = Ar.GetResolver().OpenAsset(Ar.ResolvedPath(asset.resolvedPath)) if asset else None
     refuse(opened, asset.path if asset else "no file", "a picture that is there")
     repeats = all(constant(texture, f"wrap{k}", "") == "repeat" for k in "ST")

@@ -215,7 +215,9 @@ def kept_data(
         return pack(made[0])
 
     found = kept(kind, key, arrays, code)
-    return made[0] if made else unpack(found)
+    with suppress(Exception):  # of an entry whose list of members is damaged, some may be missing
+        return made[0] if made else unpack(found)
+    return make()
 
 
 def pack(data: Any) -> dict[str, np.ndarray]:

@@ -3,7 +3,8 @@
 One folder, the program as a user starts it, and a model of what stands there. No frame that was
 reported done is ever lost or wrong, unless the test itself harmed it; under a frame's name there
 are no bytes but those that the same command makes alone; exit codes are those of the manual, and a
-failure is one line. LODBENCH_SOAK_MINUTES says for how long (2).
+failure is one line. Kernels, kept arrays and models of the user's are harmed on the way as well.
+LODBENCH_SOAK_MINUTES says for how long (2), and LODBENCH_SOAK_RECORD where what was tried goes.
 """
 
 import hashlib
@@ -16,6 +17,7 @@ import sys
 import tempfile
 import time
 import uuid
+from collections import Counter
 from functools import cache
 from pathlib import Path
 
@@ -30,6 +32,9 @@ from hypothesis.stateful import (
     run_state_machine_as_test,
 )
 
+from bench.records.provenance import provenance
+from tests.scenes.imported.sample_models import mill
+
 ROOT = Path(__file__).resolve().parents[2]
 TINY = ROOT / "tests" / "bench" / "cli" / "tiny.toml"
 MINUTES = float(os.environ.get("LODBENCH_SOAK_MINUTES", "2"))
@@ -38,7 +43,14 @@ TOKEN = "LODBENCH_SOAK_TOKEN"
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGKILL)
 
 some_frames = st.lists(st.sampled_from(FRAMES), min_size=1, unique=True).map(sorted)
-seeds, one_frame = st.sampled_from(SEEDS), st.sampled_from(FRAMES)
+seeds = st.sampled_from(SEEDS)
+TRIED: Counter[str] = Counter()
+
+
+@cache
+def kept() -> Path:
+    """The folder of caches and models of all commands here."""
+    return Path(tempfile.mkdtemp(prefix="lodbench-soak-"))
 
 
 class Command:
@@ -46,10 +58,13 @@ class Command:
 
     def __init__(self, folder: Path, *words: str) -> None:
         self.token = uuid.uuid4().hex
+        TRIED[f"commands: {' '.join(words[: 1 + (words[0] == 'model')])}"] += 1
         environment = {
             **os.environ,
             "PYTHONPATH": str(ROOT),
             "LODBENCH_TRUSTED_VARIANT": "scalar_rgb",
+            "LODBENCH_CACHE": str(kept() / "cache"),
+            "XDG_DATA_HOME": str(kept()),
             TOKEN: self.token,
         }
         self.process = subprocess.Popen(
@@ -95,6 +110,19 @@ class Command:
 def render_words(seed: int, frames: list[int], *more: str) -> list[str]:
     words = ["render", str(TINY), "-o", "out/a.####.exr", "--seed", str(seed), "--json"]
     return [*words, "--frames", ",".join(map(str, frames)), *more]
+
+
+@cache
+def mill_file() -> Path:
+    return mill(kept() / "mill.usda")
+
+
+def harmed(whole: bytes, data: st.DataObject) -> dict[str, bytes]:
+    """What is left of a file, by what happened to it."""
+    at = data.draw(st.integers(0, max(len(whole) - 1, 0)))
+    flipped = whole[:at] + bytes(byte ^ 1 << at % 8 for byte in whole[at : at + 1])
+    flipped += whole[at + 1 :]
+    return {"flip": flipped, "cut": whole[:at], "zero": bytes(len(whole)), "empty": b""}
 
 
 @cache
@@ -177,13 +205,42 @@ class Frames(RuleBasedStateMachine):
     def stop(self, seed: int, number: int, after: float) -> None:
         """A signal at any moment: what was reported stays, and nothing half-written has a name."""
         command = Command(self.folder, *render_words(seed, list(FRAMES)))
-        time.sleep(after)
-        command.process.send_signal(number)
-        _, lines = command.end((0, 1, 2, 128 + number, -number))
+        lines = self.stopped(command, number, after)
         self.take(lines, seed)
         for frame in self.remains():
             if self.seed_at(frame) is not None:  # it was replaced, and not reported any more
                 del self.harmed[frame]
+
+    def stopped(self, command: Command, number: int, after: float) -> list[dict]:
+        """What a command says until a signal ends it, or it ends by itself."""
+        TRIED[f"signals: {signal.Signals(number).name}"] += 1
+        time.sleep(after)
+        command.process.send_signal(number)
+        return command.end((0, 1, 2, 128 + number, -number))[1]
+
+    @rule(data=st.data(), how=st.sampled_from(["flip", "cut", "zero", "empty"]))
+    def damaged_cache(self, data: st.DataObject, how: str) -> None:
+        """Of kernels or kept arrays; what is seen stays the same."""
+        if found := sorted(path for path in (kept() / "cache").rglob("*") if path.is_file()):
+            path = data.draw(st.sampled_from(found))
+            path.write_bytes(harmed(path.read_bytes(), data)[how])
+            TRIED[f"damages: {path.suffix} {how}"] += 1
+
+    @rule(data=st.data(), number=st.sampled_from(SIGNALS), after=st.floats(0.4, 3.0))
+    def model(self, data: st.DataObject, number: int, after: float) -> None:
+        """One is added and that is stopped, others are harmed: the list tells which are whole."""
+        words = ("model", "add", str(mill_file()), "--name", "mill", "--overwrite", "--json")
+        self.stopped(Command(self.folder, *words), number, after)
+        for path in (kept() / "lodbench" / "models").glob("broken*"):
+            path.unlink()
+        ((before,),) = [Command(self.folder, "model", "list", "--json").end((0,))[1]]
+        for path in (kept() / "lodbench" / "models").glob("mill.npz"):
+            for how, content in harmed(path.read_bytes(), data).items():
+                path.with_name(f"broken-{how}.npz").write_bytes(content)
+        ((after_it,),) = [Command(self.folder, "model", "list", "--json").end((0,))[1]]
+        whole = before["models"].get("mill")
+        assert after_it["models"].get("mill") == whole
+        assert all(each == whole for each in after_it["models"].values())
 
     @rule(pair=st.lists(seeds, min_size=2, max_size=2), frames=some_frames)
     def two_at_once(self, pair: list[int], frames: list[int]) -> None:
@@ -202,15 +259,13 @@ class Frames(RuleBasedStateMachine):
     @rule(data=st.data(), how=st.sampled_from(["flip", "cut", "zero", "empty", "remove", "theirs"]))
     def damage(self, data: st.DataObject, how: str) -> None:
         frame = data.draw(st.sampled_from(sorted(self.whole())))
-        path, content = self.path(frame), bytearray(self.path(frame).read_bytes())
-        at = data.draw(st.integers(0, len(content) - 1))
+        path = self.path(frame)
+        TRIED[f"damages: frame {how}"] += 1
         self.reported.pop(frame, None)
         if how == "remove":
             path.unlink()
             return
-        content[at] ^= 1 << at % 8
-        harmed = {"flip": content, "cut": content[:at], "zero": bytes(len(content)), "empty": b""}
-        path.write_bytes(harmed.get(how, b"of somebody else"))
+        path.write_bytes(harmed(path.read_bytes(), data).get(how, b"of somebody else"))
         self.harmed[frame] = "file" if how == "theirs" else "remains"
 
     @precondition(lambda self: len(self.whole()) > 1)
@@ -238,6 +293,7 @@ class Frames(RuleBasedStateMachine):
         elif path.parent.is_dir():
             path.write_text(text)
 
+    @precondition(lambda self: (self.folder / "out").is_dir())
     @rule()
     def verify(self) -> None:
         self.judge(*Command(self.folder, "verify", "out", "--json").end())
@@ -252,6 +308,7 @@ class Frames(RuleBasedStateMachine):
         elif code == 2:
             assert not whole
 
+    @precondition(lambda self: (self.folder / "out").is_dir())
     @rule()
     def repair(self) -> None:
         kinds = set(self.whole().values())
@@ -270,9 +327,9 @@ class Frames(RuleBasedStateMachine):
 
 @pytest.mark.slow
 def test_promises_hold_for_minutes() -> None:
-    until = time.monotonic() + 60 * MINUTES
+    start = time.monotonic()
     plan = settings(
-        max_examples=1,
+        max_examples=4,  # of which the first is the simplest, where no command runs at all
         stateful_step_count=12,
         deadline=None,
         database=None,
@@ -280,6 +337,11 @@ def test_promises_hold_for_minutes() -> None:
         print_blob=True,
         suppress_health_check=list(HealthCheck),
     )
-    while time.monotonic() < until:
+    while time.monotonic() < start + 60 * MINUTES:
         random.seed(time.time_ns())
         run_state_machine_as_test(Frames, settings=plan)
+        TRIED["rounds"] += 3
+    assert len(TRIED) > 3
+    if place := os.environ.get("LODBENCH_SOAK_RECORD"):
+        found = {"commit": provenance("", 0).commit, "seconds": round(time.monotonic() - start)}
+        Path(place).write_text(json.dumps(found | {"tried": dict(sorted(TRIED.items()))}, indent=1))

@@ -193,7 +193,7 @@ def test_usual_presets_fit_into_4_gb(run: Run, name: str) -> None:
     from scenes.presets.load import load_preset
 
     # Woods at one pixel: 42 million parts at 1920x1080; grass: 12 million, in 6 GB.
-    sizes = {"aerial": "640x360", "meadow": "1280x720"}
+    sizes = {"aerial": "640x360", "meadow": "1120x630"}
     size = sizes.get(name, "1920x1080")
     preset = load_preset(name, [f'render.size="{size}"'])
     preflight(Scene(preset), (1,), 4 * GB, "llvm_ad_rgb")

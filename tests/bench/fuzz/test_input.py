@@ -1,11 +1,16 @@
 """Whatever arrives is taken, or refused with its rule and a cure: presets, flags, files, plug-ins.
 
+What the program itself wrote and somebody changed (records, journals, caches, models) is taken as
+it was, made again, or refused; and no record leads to a path outside its report.
+
 `LODBENCH_FUZZ=100000 python -m pytest tests/bench/fuzz -m "slow or not slow"` tries so many
 cases in process, shared out among the kinds of input, and 500 in whole programs; without it a few
 hundred are tried. `LODBENCH_FUZZ_RECORD=FILE` writes how many of each kind were taken and refused.
 """
 
+import base64
 import contextlib
+import importlib
 import io
 import json
 import os
@@ -13,30 +18,50 @@ import re
 import tempfile
 from collections import Counter
 from collections.abc import Callable, Iterator
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import click
+import numpy as np
 import pytest
 from hypothesis import HealthCheck, Phase, example, given, settings
 from hypothesis import strategies as st
+from numba.core import config
 
+from bench import runs
 from bench.cli import main as cli
 from bench.cli.commands.render import command as render
 from bench.cli.flags import FLAG_KEYS, frame_numbers, memory_limit_bytes, preset_from_flags
 from bench.cli.main import _verdict as main_verdict
 from bench.cli.main import main, program
+from bench.records.claims import Claim
 from bench.records.provenance import provenance
-from bench.records.records import FORMAT, FORMAT_VERSION, content_sha256, read_record
+from bench.records.records import (
+    FORMAT,
+    FORMAT_VERSION,
+    Record,
+    content_sha256,
+    merge_points,
+    point_from_json,
+    read_record,
+)
+from bench.report.document import Section
+from bench.report.pages import to_markdown
+from bench.report.write import _beside, _section_or_why
+from bench.runs import Journal, RunRequest
 from lod.errors import InputError
 from lod.metric import Metric
 from scenes import plugins as entry_points
 from scenes.files import check_pattern
+from scenes.imported.library import pack, read_model, unpack
 from scenes.presets.keys import known_keys
 from scenes.presets.load import load_preset, preset_from, preset_names
+from scenes.processes.cache import kept_data
 from scenes.render.exr.sequence import read_whole
+from tests.scenes.imported.sample_models import glb, lamp_tree_parts, mill
 
-KINDS = 6
+KINDS = 10
 CASES = int(os.environ.get("LODBENCH_FUZZ", "600")) // KINDS
 PROGRAMS = 500 if "LODBENCH_FUZZ" in os.environ else 20
 fuzzed = settings(
@@ -127,11 +152,7 @@ def test_presets(keys: dict[str, Any]) -> None:
 def test_preset_files(name: str, data: st.DataObject) -> None:
     """A shipped file with some characters changed."""
     shelf = Path(entry_points.__file__).parent / "presets"
-    text = (shelf / f"{name}.toml").read_text(encoding="utf-8")
-    for _ in range(data.draw(st.integers(1, 4))):
-        at = data.draw(st.integers(0, len(text)))
-        gone = data.draw(st.integers(0, 6))
-        text = text[:at] + data.draw(TEXTS) + text[at + gone :]
+    text = mutated((shelf / f"{name}.toml").read_text(encoding="utf-8"), data)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "a.toml"
         path.write_text(text, encoding="utf-8", errors="surrogatepass")
@@ -163,8 +184,10 @@ def test_flags(words: list[str | tuple[str, str]]) -> None:
         told = {name: value for name, value in flags.items() if name in FLAG_KEYS}
         preset_from_flags(flags["preset"], flags["settings"], flags["density"], **told)
 
-    with contextlib.suppress(click.UsageError, click.exceptions.Exit):
+    try:
         judge(parse)
+    except (click.UsageError, click.exceptions.Exit):
+        note("refused by the parser")
 
 
 def changed(data: Any, draw: Callable[[Any], Any]) -> Any:
@@ -180,33 +203,171 @@ def changed(data: Any, draw: Callable[[Any], Any]) -> Any:
     return draw(VALUES)
 
 
-RECORD = {
-    "experiment": "scaling",
-    "version": 1,
-    "quick": True,
-    "made": "2026-01-01T00:00:00Z",
-    "points": [{"case": {"x": 1}, "predictions": {}, "columns": {"n": [1, 2]}}],
-    "claims": [],
-    "provenance": {},
-    "arrays": {},
+HOSTILE = st.one_of(
+    VALUES, st.sampled_from(["../up", "/etc/passwd", "<script>", "a\nb", "\x1b[2J"])
+)
+POINT = {
+    "case": {"x": 1},
+    "predicted": [{"quantity": "parts", "value": 2.0, "keys": {}}],
+    "samples": [{"quantity": "parts", "values": [1, 2], "keys": {"air": "hazy"}}],
+    "scene": "",
 }
+PICTURES = {"name": "view", "title": "t", "caption": "c", "alt": "a", "layers": [["one", "AAAA"]]}
+MADE = {"case": "1", "seconds": 1.0, "processor_seconds": 1.0}
+
+
+@cache
+def a_record() -> dict[str, Any]:
+    claim = Claim("Parts", "≤", 2.0, 0.0, {"x": 1}, "field", "§2.4", 1.5, 1.0, 2.0)
+    origin, notes = provenance("0" * 64, 0), {"pictures": [PICTURES]}
+    whole = Record("old", 1, True, "2026-01-01", origin, (), (claim,), notes)
+    return {**whole.content, "points": [POINT]}
 
 
 @fuzzed
 @given(st.data())
 def test_records(data: st.DataObject) -> None:
-    """Edited, and sealed again, as one would who knows how."""
+    """Edited, and sealed again, as one would who knows how; what is taken is shown in a report."""
+    content = a_record()
+    for _ in range(data.draw(st.integers(0, 2))):
+        content = changed(content, lambda of: data.draw(HOSTILE if of is VALUES else of))
+    try:
+        seal = content_sha256(json.loads(json.dumps(content)))
+    except ValueError:  # a number that is not finite, which JSON has not
+        seal = "0" * 64
+    name = content.get("experiment") if isinstance(content, dict) else None
     with tempfile.TemporaryDirectory() as text:
-        folder = Path(text)
-        content = changed(RECORD, data.draw)
-        try:
-            seal = content_sha256(json.loads(json.dumps(content)))
-        except ValueError:  # a number that is not finite, which JSON has not
-            seal = "0" * 64
         body = {"format": FORMAT, "format_version": FORMAT_VERSION, "sha256": seal}
-        path = folder / f"scaling-{seal[:16]}.json"
+        plain = isinstance(name, str) and re.fullmatch(r"[\w-]{1,40}", name)
+        path = Path(text) / f"{name if plain else 'old'}-{seal[:16]}.json"
         path.write_text(json.dumps({**body, "content": content}), encoding="utf-8")
-        judge(lambda: read_record(path))
+        if judge(lambda: read_record(path)):
+            section = _section_or_why(path)
+            if isinstance(section, Section):
+                assert "<script" not in to_markdown([section])
+                assert all(len(Path(name).parts) <= 2 for name in _beside([section]))
+
+
+@fuzzed
+@given(st.data())
+def test_journals(data: st.DataObject) -> None:
+    """A kept case of another content, well sealed or not, is one of points or measured again."""
+    with tempfile.TemporaryDirectory() as folder:
+        kept_case = changed({"points": [POINT], "made": MADE}, data.draw)
+        path, asked = Path(folder) / "case.json", RunRequest("old", ("old",))
+        try:
+            runs._write(path, kept_case)
+        except ValueError:
+            path.write_text(json.dumps(kept_case))
+        path.write_text(
+            mutated(path.read_text(), data) if data.draw(st.booleans()) else path.read_text()
+        )
+        found = runs._case(path)
+        note("taken" if found else "made again")
+        merge_points(map(point_from_json, found["points"] if found else ()))
+        journal = Journal(Path(folder) / "in", "maker")
+        runs._write(journal._path("record", asked), data.draw(TEXTS.map(lambda text: f"../{text}")))
+        assert journal.record_of(asked) is None
+
+
+def mutated(text: str, data: st.DataObject) -> str:
+    """A text with some characters changed."""
+    for _ in range(data.draw(st.integers(1, 4))):
+        at = data.draw(st.integers(0, len(text)))
+        text = text[:at] + data.draw(TEXTS) + text[at + data.draw(st.integers(0, 6)) :]
+    return text.encode("utf-8", "replace").decode()
+
+
+def damaged(body: bytes, data: st.DataObject, most: int = 2**30) -> bytes:
+    """Bytes of which a few of the first ``most`` are changed, or cut off."""
+    found = bytearray(body)
+    for _ in range(data.draw(st.integers(1, 4))):
+        found[data.draw(st.integers(0, most)) % len(found)] = data.draw(st.integers(0, 255))
+    return bytes(found[: data.draw(st.one_of(st.just(len(body)), st.integers(0, len(body))))])
+
+
+@fuzzed
+@given(st.data())
+def test_arrays_of_the_cache(data: st.DataObject) -> None:
+    made = "m", (np.arange(6.0), "text")
+    with tempfile.TemporaryDirectory() as folder, pytest.MonkeyPatch.context() as patch:
+        patch.setenv("LODBENCH_CACHE", folder)
+        kept_data("tree", "a", lambda: made, ("lod.errors",))
+        (path,) = Path(folder).glob("arrays/*/*")
+        path.write_bytes(damaged(path.read_bytes(), data))
+        again: list[object] = []
+        found = kept_data("tree", "a", lambda: again.append(1) or made, ("lod.errors",))
+        note("made again" if again else "taken")
+        assert found[0] == made[0] and found[1][1] == "text"
+        assert np.array_equal(found[1][0], made[1][0])
+
+
+@pytest.fixture(scope="module")
+def kernel(tmp_path_factory: pytest.TempPathFactory) -> tuple[Any, dict[Path, bytes]]:
+    """A compiled function and the files of its cache."""
+    folder = tmp_path_factory.mktemp("kernel")
+    source = folder / "double.py"
+    source.write_text(
+        "from lod.kernels import njit\n@njit(cache=True)\ndef double(x): return 2 * x"
+    )
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(config, "CACHE_DIR", str(folder / "cache"))
+        patch.syspath_prepend(str(folder))
+        double = importlib.import_module("double").double
+        assert double(1) == 2
+    return double, {path: path.read_bytes() for path in folder.rglob("*.nb?")}
+
+
+@fuzzed
+@given(st.data())
+def test_kernels(kernel: tuple[Any, dict[Path, bytes]], data: st.DataObject) -> None:
+    """What is given back of a damaged cache is the same code, or nothing."""
+    double, files = kernel
+    for path, whole in files.items():
+        path.write_bytes(damaged(whole, data) if data.draw(st.booleans()) else whole)
+    found = double._cache.load_overload(double.signatures[0], double.targetctx)
+    note("taken" if found is not None else "made again")
+    assert found is None or found.signature == double.nopython_signatures[0]
+
+
+@pytest.mark.slow
+@fuzzed
+@given(st.sampled_from(["usda", "glb", "gltf", "toml", "npz"]), st.data())
+def test_models(models: Path, suffix: str, data: st.DataObject) -> None:
+    """Scene files with characters, entries or bytes changed, the table beside, and kept models."""
+    whole = (models / f"mill.{suffix}").read_bytes()
+    if suffix == "usda" or suffix == "toml":
+        body = mutated(whole.decode(), data).encode()
+    elif suffix == "gltf":
+        body = json.dumps(changed(json.loads(whole), data.draw)).encode()
+    else:
+        body = damaged(whole, data)
+    with tempfile.TemporaryDirectory() as folder:
+        path = (
+            Path(folder) / f"mill.usda.{suffix}"
+            if suffix == "toml"
+            else Path(folder) / f"mill.{suffix}"
+        )
+        path.write_bytes(body)
+        if suffix == "toml":
+            path = path.with_suffix("")
+            path.write_bytes((models / "mill.usda").read_bytes())
+        judge(lambda: unpack(body, str(path)) if suffix == "npz" else read_model(path))
+
+
+@pytest.fixture(scope="module")
+def models(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder of one model in each form."""
+    folder = tmp_path_factory.mktemp("models")
+    header, chunk = lamp_tree_parts()
+    (folder / "mill.glb").write_bytes(glb(header, chunk))
+    inline = base64.b64encode(chunk).decode()
+    header["buffers"][0]["uri"] = f"data:application/octet-stream;base64,{inline}"
+    (folder / "mill.gltf").write_text(json.dumps(header))
+    (folder / "mill.npz").write_bytes(pack(read_model(mill(folder / "mill.usda"))))
+    table = 'period = 4.0\n[parts."mill/rotor"]\naxis = [0, 0, 1]\nturns = 1\nlevel = 1\n'
+    (folder / "mill.toml").write_text(table)
+    return folder
 
 
 @pytest.fixture(scope="module")
@@ -226,13 +387,9 @@ def frame(tmp_path_factory: pytest.TempPathFactory) -> bytes:
 @given(st.data())
 def test_headers(frame: bytes, data: st.DataObject) -> None:
     """A frame with bytes of its header changed, or cut off."""
-    body = bytearray(frame)
-    for _ in range(data.draw(st.integers(1, 4))):
-        body[data.draw(st.integers(0, 6000)) % len(body)] = data.draw(st.integers(0, 255))
-    end = data.draw(st.one_of(st.just(len(body)), st.integers(0, len(body))))
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "a.0001.exr"
-        path.write_bytes(bytes(body[:end]))
+        path.write_bytes(damaged(frame, data, 6000))
         judge(lambda: read_whole(path))
 
 

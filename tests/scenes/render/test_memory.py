@@ -1,5 +1,7 @@
 """Memory: what is free, what a frame needs by its counts, and a refusal with both figures."""
 
+import subprocess
+import sys
 from pathlib import Path
 
 import psutil
@@ -132,3 +134,43 @@ def test_a_session_estimates_each_frame_once_and_renders_none(tmp_path, monkeypa
         assert session.preflight(frames, tmp_path, 16 * 10**9) == {}
     assert asked == [[1, 2], [3]]
     assert not any(tmp_path.iterdir())
+
+
+_HELD = """
+import resource, sys
+from pathlib import Path
+from scenes.presets.load import load_preset
+from scenes.render import memory
+from scenes.render.exr.header import frame_settings
+from scenes.render.frame_session import FrameSession
+from scenes.scene import Scene
+variant, name, *keys = sys.argv[2:]
+scene, variant = Scene(load_preset(name, keys)), None if variant == "count" else variant
+found = memory.preflight(scene, (1,), 10**12, variant)
+print(memory.frame_bytes(found, scene.preset, variant))
+if variant is None:
+    cut = scene.cut(1)
+else:
+    path = Path(sys.argv[1]) / "a.0001.exr"
+    FrameSession(frame_settings(scene.preset, variant)).render(1, path, most_bytes=0)
+print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024)
+"""
+SMALL = 'render.size="320x180"', "render.spp=2"
+HELD = [
+    ("count", "crowd", "view.detail=0.3", "species.figure.density=0.05"),
+    ("count", "meadow", "species.tree.sizes=[10]"),
+    ("count", "zoo", "view.detail=0.6"),
+    ("count", "forest"),
+    ("llvm_ad_rgb", "forest", *SMALL),
+    ("llvm_ad_rgb", "crowd", *SMALL, "view.detail=0.4"),
+    ("scalar_rgb", "meadow", *SMALL),
+    ("llvm_ad_rgb", "zoo", *SMALL, "output.motion=true"),
+]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("case", HELD, ids=" ".join)
+def test_what_is_estimated_is_what_a_process_holds(tmp_path: Path, case: tuple[str, ...]) -> None:
+    words = [sys.executable, "-c", _HELD, str(tmp_path), *case]
+    said = subprocess.run(words, capture_output=True, text=True, check=True).stdout.split()
+    assert 0.9 < int(said[-2]) / int(said[-1]) < 1.3
