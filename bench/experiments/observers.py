@@ -3,47 +3,52 @@
 ``answers`` holds what people answered; its records are written by ``lodbench observe fit``, for no
 program can measure it. ``simulated`` sends observers of a stated model through the same protocol
 and the same fit: thresholds must come out without bias, intervals must cover, and whoever guesses
-must be excluded by the rules.
+or often lapses must be excluded by the rules. ``predicted`` asks models, and nobody: every preset
+as shipped, still and moving, beside one that is four times as fine, from two distances. Reference
+and preset have samples of their own; the reference with others tells what grain alone does.
 """
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from datetime import UTC, datetime
 from functools import partial
+from itertools import product
 from typing import Any
 
 import numpy as np
+from scipy import stats
 
 from bench.experiment import Case, Experiment, Table, Topic
-from bench.images.equal_error import EQUAL_ERROR
-from bench.observers.plan import (
-    BLOCK,
-    CATCHES,
-    FITTED_LEVELS,
-    LEVELS_PX,
-    MOST_CATCHES_MISSED,
-    WAYS,
-)
-from bench.observers.psychometric import Fits, fit, join
+from bench.images.equal_error import EQUAL_ERROR, crossings
+from bench.images.shipped import Place, places
+from bench.methods.environments import VIDEO
+from bench.observers.make import band_contrasts, beyond_grain, jods_lost, radiances
+from bench.observers.plan import BLOCK, CATCHES, FITTED_LEVELS, LEVELS_PX, MOST_CATCHES_MISSED, WAYS
+from bench.observers.psychometric import GUESS, Fits, fit, join
 from bench.observers.results import Session
 from bench.observers.simulate import ObserverModel, ask
 from bench.plots import Curve, Panel, Plot, estimated, figure
 from bench.records.claims import EXACT, Claim, at_least, at_most, claim, within
-from bench.records.provenance import provenance
-from bench.records.records import Point, Prediction, Record, columns
+from bench.records.provenance import provenance, scene_digest
+from bench.records.records import Column, Point, Prediction, Record, columns, grouped
 from bench.seeds import first_seed
 from bench.statistics.estimates import Estimate, two_sided_mean, two_sided_share
 from lod.errors import InputError
+from lod.eye import Eye
+from scenes.presets.load import load_preset, preset_names
+from scenes.render.pictures import auto_exposure, to_srgb_8bit
+from scenes.render.variants import choose
+from scenes.scene import Scene
 
 SHIPPED_PX = 1.0
 """τ of the presets as they are shipped."""
 
 MODELS = {
-    "barten": ("Barten's eye", 1.0, 1),
-    "flip": (f"FLIP {EQUAL_ERROR}", EQUAL_ERROR, 1),
-    "jod": ("ColorVideoVDP, 1 JOD", 9.0, -1),
+    "barten": ("Barten's eye", 1.0),
+    "flip": (f"FLIP {EQUAL_ERROR}", EQUAL_ERROR),
+    "lost": ("ColorVideoVDP, 1 JOD", 1.0),
 }
-"""The name of each model, its value at its threshold, and whether it grows or falls with τ."""
+"""The name of each model, and its value at its threshold."""
 
 
 def no_cases() -> Sequence[Case]:
@@ -88,20 +93,13 @@ def answers_record(
 
 
 def thresholds(said: Mapping[str, Sequence[float]]) -> dict[str, float]:
-    """Return τ [px] at which each model's values cross its criterion, where they do.
-
-    ``said`` has the values of all levels. Between two the value is read along the straight line
-    over log τ.
-    """
-    found = {}
-    for model, row in said.items():
-        _, criterion, sign = MODELS[model]
-        above = [sign * (value - criterion) for value in row[: len(LEVELS_PX)]]
-        first = next((k for k, value in enumerate(above) if value >= 0), 0)
-        if first:
-            share = above[first - 1] / (above[first - 1] - above[first])
-            found[model] = LEVELS_PX[first - 1] * 2 ** (share / 2)
-    return found
+    """Return τ [px] at which each model's values, of all levels, come up to its threshold."""
+    values = {model: np.array(row)[:, None] for model, row in said.items()}
+    found = {
+        model: crossings(np.array(LEVELS_PX), row, row, MODELS[model][1])[0, 0]
+        for model, row in values.items()
+    }
+    return {model: float(px) for model, px in found.items() if math.isfinite(px)}
 
 
 def fitted(points: Sequence[Point]) -> tuple[Fits, np.ndarray, np.ndarray]:
@@ -170,6 +168,10 @@ def answer_tables(record: Record) -> Iterator[tuple[str, Table]]:
     yield "τ75 of every observer", (("pictures", "observer", "τ75 [px]", "from", "to"), rows)
 
 
+KINDS = {"observers": math.nan, "lapsers": 0.3, "guessers": GUESS}
+"""Lapse rates of simulated observers. Lapsers look at two pairs of five, and guess the others."""
+
+
 def simulated_cases(observers: int, groups: int, unseen: bool) -> Sequence[Case]:
     """Return the groups of observers, each of a seed of its own."""
     first = first_seed(unseen)
@@ -177,9 +179,10 @@ def simulated_cases(observers: int, groups: int, unseen: bool) -> Sequence[Case]
 
 
 def measure_simulated(count: int, group: int, seed: int) -> Point:
-    """Send observers, and as many guessers, through a block: errors in 10⁻⁶ of log₁₀ τ₇₅."""
+    """Send as many of each of KINDS through a block: errors in 10⁻⁶ of log₁₀ τ₇₅."""
     rng, model = np.random.default_rng([seed, group]), ObserverModel()
-    said, guessed = (ask(model, np.full(count, lapse), BLOCK, rng) for lapse in (np.nan, 1.0))
+    asked = {kind: ask(model, np.full(count, lapse), BLOCK, rng) for kind, lapse in KINDS.items()}
+    said = asked["observers"]
     one, true, means = said.fitted(), said.log75.ravel(), model.means(BLOCK)
     rows = np.arange(count * BLOCK)
     joint, _ = join(one, rows // BLOCK, rows % BLOCK)
@@ -194,14 +197,14 @@ def measure_simulated(count: int, group: int, seed: int) -> Point:
         samples[f"covered_{of}"] = [int(covered.sum())]
         samples[f"intervals_{of}"] = [len(covered)]
         samples |= {f"error_{of}_{k}": [round(1e6 * v)] for k, v in enumerate(of_condition)}
-    for kind, answers in (("observers", said), ("guessers", guessed)):
+    for kind, answers in asked.items():
         missed = (~answers.correct[..., -CATCHES:]).sum(axis=(1, 2))
         samples[f"excluded_{kind}"] = [int((missed > MOST_CATCHES_MISSED).sum())]
     return Point({"topic": "simulated"}, samples=columns(samples))
 
 
 def simulated_claims(points: Sequence[Point]) -> Iterator[Claim]:
-    """Claim that thresholds have no bias, that intervals cover, and that guessers are excluded."""
+    """Claim that thresholds have no bias, that intervals cover, and who is excluded."""
     (point,) = points
     facts = partial(claim, unit="group of observers", source="protocol")
     means = ObserverModel().means(BLOCK)
@@ -214,12 +217,140 @@ def simulated_claims(points: Sequence[Point]) -> Iterator[Claim]:
         ("coverage of 95 % intervals", "one observer", within(0.95, 0.02), "covered_one"),
         ("coverage of 95 % intervals", "all observers", within(0.95, 0.02), "covered_all"),
         ("share excluded", "observers", at_most(0.05), "excluded_observers"),
+        ("share excluded", "lapsers", at_least(0.9), "excluded_lapsers"),
         ("share excluded", "guessers", at_least(0.99), "excluded_guessers"),
     )
     for estimand, of, bound, name in shares:
         out_of = name.replace("covered", "intervals") if "covered" in name else "sent"
         share = two_sided_share(point.values(name), point.values(out_of))
         yield facts(estimand, bound, {"of": of}, share, alone=EXACT, headline=True)
+
+
+def simulated_plots(record: Record) -> Iterator[Plot]:
+    """Draw what the fit makes of each true τ₇₅."""
+    (point,) = record.points
+    means = ObserverModel().means(BLOCK)
+    rows = [point.values(f"error_all_{k}") / 1e6 for k in range(BLOCK)]
+    drawn = estimated(
+        "mixed model ÷ true", [*10**means], [_of_log(two_sided_mean(r)) for r in rows]
+    )
+    panel = Panel(
+        "Bias by threshold",
+        ("true τ75 [px]", "fitted ÷ true"),
+        [drawn],
+        ("log", "linear"),
+        "points",
+        between=(0.97, 1.03),
+    )
+    caption = (
+        "Mixed model of each group of simulated observers, mean over groups and 95 % interval; the "
+        "band is what is claimed. Nobody has looked."
+    )
+    yield figure("simulated", "Thresholds of simulated observers are found", caption, [panel])
+
+
+STILL, MOVING = "still", "moving"
+FINER = 4
+"""How many times as fine as the shipped one the detail of the reference is."""
+
+DISTANCES = 60, 30
+"""Pixels per degree: of the observers here, and of somebody half as far away."""
+
+SEEN, JOD, GRAIN = "detection probability, Barten's eye", "JOD", "JOD of grain alone"
+"""What models say, by ColorVideoVDP the last two."""
+
+
+def predicted_cases(
+    count: int, size: str, spp: int, frames: int, unseen: bool, presets: Sequence[str] = ()
+) -> Sequence[Case]:
+    """Return every preset from some places, still and moving; all presets without names."""
+    return [
+        partial(measure_predicted, place, way, spp, frames, choose())
+        for name in presets or [name for name, _ in preset_names()]
+        for place in places(name, count, size, first_seed(unseen))
+        for way in (STILL, MOVING)
+    ]
+
+
+def measure_predicted(
+    place: Place, way: str, spp: int, frames: int, variant: str, seed: int
+) -> Point:
+    """Ask models about a preset from a place: contrasts and JOD below ten, in 10⁻⁶.
+
+    Barten's eye looks at the first frame. It moves as it does, or at 1.4 m/s where it stands still.
+    """
+    shipped = place.load()
+    looks = [*place.settings, f"render.spp={spp}"]
+    if not shipped.camera.keys:
+        looks.append(f"camera.speed={(shipped.camera.speed or 1.4) * (way == MOVING)}")
+    scene = Scene(load_preset(place.preset, looks))
+    finer = [*looks, f"view.detail={shipped.view.detail / FINER}"]
+    reference = scene.with_preset(load_preset(place.preset, finer))
+    numbers = range(place.frame, place.frame + (frames if way == MOVING else 1))
+    found = [
+        [*radiances(each, numbers, variant, 3 * seed + k)]
+        for k, each in enumerate((reference, reference, scene))
+    ]
+    exposure = auto_exposure(found[0][0])
+    whole, *both = ([to_srgb_8bit(each, exposure) for each in row] for row in found)
+    samples: list[Column] = []
+    for ppd in DISTANCES:
+        grain, pruned = (band_contrasts(each[0], whole[0], ppd) for each in both)
+        contrast = float(beyond_grain(pruned, grain).max())
+        samples += columns({"contrast": [round(1e6 * contrast)]}, ppd=ppd)
+    if VIDEO.python():
+        lost = jods_lost(both, whole, shipped.camera.fps, DISTANCES)
+        for ppd, *two in zip(DISTANCES, *lost, strict=True):
+            grain_lost, pruned_lost = ([round(1e6 * each)] for each in two)
+            samples += columns({"lost_grain": grain_lost, "lost": pruned_lost}, ppd=ppd)
+    case = {"topic": "predicted", "preset": place.preset, "way": way}
+    return Point(case, samples=tuple(samples), scene=scene_digest([looks, finer, frames]))
+
+
+def predictions_of(point: Point, ppd: int) -> dict[str, Estimate]:
+    """Estimate over places what models say of a preset from a distance.
+
+    A contrast of c thresholds is seen with probability Φ(k·(c − 1)), where k is the ratio of signal
+    to noise at which Barten's eye sees half of the time (Barten 1999, section 2.2).
+    """
+    found = {}
+    for column in point.samples:
+        if column.keys == {"ppd": ppd}:
+            value = np.array(column.values) / 1e6
+            if column.quantity == "contrast":
+                seen = stats.norm.cdf(Eye().signal_to_noise * (value - 1))
+                found[SEEN] = two_sided_mean(seen)
+            else:
+                found[JOD if column.quantity == "lost" else GRAIN] = two_sided_mean(10 - value)
+    return found
+
+
+def predicted_claims(points: Sequence[Point]) -> Iterator[Claim]:
+    """Claim that a preset is told from the finer one in three of four pairs at most."""
+    for point in points:
+        for ppd in DISTANCES:
+            at = {"preset": point.case["preset"], "way": point.case["way"], "ppd": ppd}
+            for name, estimate in predictions_of(point, ppd).items():
+                if name != GRAIN:
+                    bound = at_most(0.5) if name == SEEN else at_least(9.0)
+                    yield claim(name, bound, at, estimate, unit="place", source="§1.1")
+
+
+def predicted_plots(record: Record) -> Iterator[Plot]:
+    """Draw what models say of every preset, from both distances."""
+    by_way, panels = grouped(record.points, "way"), []
+    for name in (SEEN, JOD, GRAIN):
+        drawn = []
+        for ((way,), points), ppd in product(by_way.items(), DISTANCES):
+            said = [predictions_of(point, ppd).get(name) for point in points]
+            told = {k: each for k, each in enumerate(said) if each}
+            label = f"{way}, {ppd} pixels a degree"
+            drawn += [estimated(label, [*told], [*told.values()])] if told else []
+        ticks = [str(point.case["preset"]) for point in next(iter(by_way.values()))]
+        scale = "linear", "linear"
+        panels.append(Panel(name, ("preset", name), drawn, scale, "points", ticks))
+    caption = "Presets as shipped beside references of a quarter of their detail: mean over places."
+    yield figure("predicted", "What models say of presets as shipped", caption, panels)
 
 
 EXPERIMENT = Experiment(
@@ -231,9 +362,20 @@ EXPERIMENT = Experiment(
             about="simulated observers through the protocol: bias, coverage, exclusions",
             cases=simulated_cases,
             claims=simulated_claims,
+            plots=simulated_plots,
             full={"observers": 6000, "groups": 300, "unseen": True},
             quick={"observers": 200, "groups": 10, "unseen": False},
             seconds=(120, 10),
+        ),
+        "predicted": Topic(
+            about="what models of a viewer say of every preset as shipped, still and moving",
+            cases=predicted_cases,
+            claims=predicted_claims,
+            plots=predicted_plots,
+            full={"count": 3, "size": "640x360", "spp": 64, "frames": 12, "unseen": True},
+            quick={"count": 2, "size": "96x54", "spp": 64, "frames": 3, "unseen": False},
+            seconds=(14400, 900),
+            apart=True,
         ),
         "answers": Topic(
             about="answers of people, by `lodbench observe fit`",
