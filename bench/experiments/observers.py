@@ -22,7 +22,8 @@ from bench.experiment import Case, Experiment, Table, Topic
 from bench.images.equal_error import EQUAL_ERROR, crossings
 from bench.images.shipped import Place, places
 from bench.methods.environments import VIDEO
-from bench.observers.make import band_contrasts, beyond_grain, jods_lost, radiances
+from bench.methods.video import just_objectionable_differences
+from bench.observers.make import band_contrasts, beyond_grain, radiances
 from bench.observers.plan import BLOCK, CATCHES, FITTED_LEVELS, LEVELS_PX, MOST_CATCHES_MISSED, WAYS
 from bench.observers.psychometric import GUESS, Fits, fit, join
 from bench.observers.results import Session
@@ -229,126 +230,94 @@ def simulated_claims(points: Sequence[Point]) -> Iterator[Claim]:
 def simulated_plots(record: Record) -> Iterator[Plot]:
     """Draw what the fit makes of each true τ₇₅."""
     (point,) = record.points
-    means = ObserverModel().means(BLOCK)
-    rows = [point.values(f"error_all_{k}") / 1e6 for k in range(BLOCK)]
-    drawn = estimated(
-        "mixed model ÷ true", [*10**means], [_of_log(two_sided_mean(r)) for r in rows]
-    )
-    panel = Panel(
-        "Bias by threshold",
-        ("true τ75 [px]", "fitted ÷ true"),
-        [drawn],
-        ("log", "linear"),
-        "points",
-        between=(0.97, 1.03),
-    )
-    caption = (
-        "Mixed model of each group of simulated observers, mean over groups and 95 % interval; the "
-        "band is what is claimed. Nobody has looked."
-    )
+    errors = [two_sided_mean(point.values(f"error_all_{k}") / 1e6) for k in range(BLOCK)]
+    found = [_of_log(each) for each in errors]
+    drawn = [estimated("mixed model ÷ true", [*10 ** ObserverModel().means(BLOCK)], found)]
+    axis, scale = ("true τ75 [px]", "fitted ÷ true τ75"), ("log", "linear")
+    panel = Panel("Bias by threshold", axis, drawn, scale, "points", between=(0.97, 1.03))
+    caption = "Groups of simulated observers: mean and 95 % interval. The band is what is claimed."
     yield figure("simulated", "Thresholds of simulated observers are found", caption, [panel])
 
 
-STILL, MOVING = "still", "moving"
 FINER = 4
 """How many times as fine as the shipped one the detail of the reference is."""
 
 DISTANCES = 60, 30
 """Pixels per degree: of the observers here, and of somebody half as far away."""
 
-SEEN, JOD, GRAIN = "detection probability, Barten's eye", "JOD", "JOD of grain alone"
-"""What models say, by ColorVideoVDP the last two."""
+SAID = {
+    "seen": ("detection probability, Barten's eye", at_most(0.5)),
+    "jod": ("JOD, ColorVideoVDP", at_least(9.0)),
+}
+"""What models say of a preset, and what is claimed: three of four do not tell it from the finer."""
 
 
-def predicted_cases(
-    count: int, size: str, spp: int, frames: int, unseen: bool, presets: Sequence[str] = ()
-) -> Sequence[Case]:
-    """Return every preset from some places, still and moving; all presets without names."""
+def predicted_cases(count: int, size: str, spp: int, frames: int, unseen: bool) -> Sequence[Case]:
+    """Return every preset from some places, still and moving."""
     return [
         partial(measure_predicted, place, way, spp, frames, choose())
-        for name in presets or [name for name, _ in preset_names()]
+        for name, _ in preset_names()
         for place in places(name, count, size, first_seed(unseen))
-        for way in (STILL, MOVING)
+        for way in ("still", "moving")
     ]
 
 
 def measure_predicted(
     place: Place, way: str, spp: int, frames: int, variant: str, seed: int
 ) -> Point:
-    """Ask models about a preset from a place: contrasts and JOD below ten, in 10⁻⁶.
+    """Ask models about a preset from a place; what they say is in 10⁻⁶.
 
-    Barten's eye looks at the first frame. It moves as it does, or at 1.4 m/s where it stands still.
+    Barten's eye looks at the first frame: a contrast of c thresholds is seen with probability
+    Φ(k·(c − 1)), where k is the ratio of signal to noise at which it sees half of the time (Barten
+    1999, section 2.2). A preset moves as it does, or at 1.4 m/s where its eye stands still.
     """
+    VIDEO.needed()
     shipped = place.load()
     looks = [*place.settings, f"render.spp={spp}"]
     if not shipped.camera.keys:
-        looks.append(f"camera.speed={(shipped.camera.speed or 1.4) * (way == MOVING)}")
+        looks.append(f"camera.speed={(shipped.camera.speed or 1.4) * (way == 'moving')}")
     scene = Scene(load_preset(place.preset, looks))
     finer = [*looks, f"view.detail={shipped.view.detail / FINER}"]
     reference = scene.with_preset(load_preset(place.preset, finer))
-    numbers = range(place.frame, place.frame + (frames if way == MOVING else 1))
-    found = [
-        [*radiances(each, numbers, variant, 3 * seed + k)]
-        for k, each in enumerate((reference, reference, scene))
-    ]
-    exposure = auto_exposure(found[0][0])
-    whole, *both = ([to_srgb_8bit(each, exposure) for each in row] for row in found)
+    numbers = range(place.frame, place.frame + (frames if way == "moving" else 1))
+    of = enumerate((reference, reference, scene), 3 * seed)
+    radiance = [[*radiances(each, numbers, variant, samples)] for samples, each in of]
+    exposure = auto_exposure(radiance[0][0])
+    shown = [np.array([to_srgb_8bit(each, exposure) for each in row]) for row in radiance]
+    whole, *both = (each.astype(np.float32) / 255 for each in shown)
+    tested = dict(zip(("jod_grain", "jod"), both, strict=True))
+    jod = just_objectionable_differences(tested, whole, shipped.camera.fps, DISTANCES)
     samples: list[Column] = []
-    for ppd in DISTANCES:
-        grain, pruned = (band_contrasts(each[0], whole[0], ppd) for each in both)
-        contrast = float(beyond_grain(pruned, grain).max())
-        samples += columns({"contrast": [round(1e6 * contrast)]}, ppd=ppd)
-    if VIDEO.python():
-        lost = jods_lost(both, whole, shipped.camera.fps, DISTANCES)
-        for ppd, *two in zip(DISTANCES, *lost, strict=True):
-            grain_lost, pruned_lost = ([round(1e6 * each)] for each in two)
-            samples += columns({"lost_grain": grain_lost, "lost": pruned_lost}, ppd=ppd)
+    for k, ppd in enumerate(DISTANCES):
+        grain, pruned = (band_contrasts(each[0], shown[0][0], ppd) for each in shown[1:])
+        contrast = beyond_grain(pruned, grain).max()
+        said = {"seen": stats.norm.cdf(Eye().signal_to_noise * (contrast - 1))}
+        said |= {name: values[k] for name, values in jod.items()}
+        samples += columns({name: [round(1e6 * v)] for name, v in said.items()}, ppd=ppd)
     case = {"topic": "predicted", "preset": place.preset, "way": way}
     return Point(case, samples=tuple(samples), scene=scene_digest([looks, finer, frames]))
 
 
-def predictions_of(point: Point, ppd: int) -> dict[str, Estimate]:
-    """Estimate over places what models say of a preset from a distance.
-
-    A contrast of c thresholds is seen with probability Φ(k·(c − 1)), where k is the ratio of signal
-    to noise at which Barten's eye sees half of the time (Barten 1999, section 2.2).
-    """
-    found = {}
-    for column in point.samples:
-        if column.keys == {"ppd": ppd}:
-            value = np.array(column.values) / 1e6
-            if column.quantity == "contrast":
-                seen = stats.norm.cdf(Eye().signal_to_noise * (value - 1))
-                found[SEEN] = two_sided_mean(seen)
-            else:
-                found[JOD if column.quantity == "lost" else GRAIN] = two_sided_mean(10 - value)
-    return found
-
-
 def predicted_claims(points: Sequence[Point]) -> Iterator[Claim]:
     """Claim that a preset is told from the finer one in three of four pairs at most."""
-    for point in points:
-        for ppd in DISTANCES:
-            at = {"preset": point.case["preset"], "way": point.case["way"], "ppd": ppd}
-            for name, estimate in predictions_of(point, ppd).items():
-                if name != GRAIN:
-                    bound = at_most(0.5) if name == SEEN else at_least(9.0)
-                    yield claim(name, bound, at, estimate, unit="place", source="§1.1")
+    for point, (quantity, (name, bound)), ppd in product(points, SAID.items(), DISTANCES):
+        names = {key: str(point.case[key]) for key in ("preset", "way")}
+        estimate = two_sided_mean(point.values(quantity, ppd=ppd) / 1e6)
+        at = {**names, "ppd": ppd}
+        yield claim(name, bound, at, estimate, unit="place", source="§1.1")
 
 
 def predicted_plots(record: Record) -> Iterator[Plot]:
     """Draw what models say of every preset, from both distances."""
     by_way, panels = grouped(record.points, "way"), []
-    for name in (SEEN, JOD, GRAIN):
+    names = [str(point.case["preset"]) for point in next(iter(by_way.values()))]
+    for quantity, (name, _) in SAID.items():
         drawn = []
         for ((way,), points), ppd in product(by_way.items(), DISTANCES):
-            said = [predictions_of(point, ppd).get(name) for point in points]
-            told = {k: each for k, each in enumerate(said) if each}
-            label = f"{way}, {ppd} pixels a degree"
-            drawn += [estimated(label, [*told], [*told.values()])] if told else []
-        ticks = [str(point.case["preset"]) for point in next(iter(by_way.values()))]
+            found = [two_sided_mean(each.values(quantity, ppd=ppd) / 1e6) for each in points]
+            drawn.append(estimated(f"{way}, {ppd} pixels a degree", range(len(found)), found))
         scale = "linear", "linear"
-        panels.append(Panel(name, ("preset", name), drawn, scale, "points", ticks))
+        panels.append(Panel(name, ("preset", name), drawn, scale, "points", names))
     caption = "Presets as shipped beside references of a quarter of their detail: mean over places."
     yield figure("predicted", "What models say of presets as shipped", caption, panels)
 

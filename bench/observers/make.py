@@ -173,21 +173,10 @@ def look_at(shown: Sequence[np.ndarray], whole: Sequence[np.ndarray]) -> dict[st
     contrasts = np.mean([band_contrasts(one, other) for one, other in pairs], axis=0)
     said = {"flip": [float(np.mean(flips))], "barten": contrasts.tolist()}
     if VIDEO.python():
-        (said["lost"],) = jods_lost([shown], whole, plan.FPS, [plan.PIXELS_PER_DEGREE])
+        one, other = (np.stack(each).astype(np.float32) / 255 for each in (shown, whole))
+        at = plan.FPS, [plan.PIXELS_PER_DEGREE]
+        said["lost"] = [10 - just_objectionable_differences({"it": one}, other, *at)["it"][0]]
     return said
-
-
-def jods_lost(
-    tested: Sequence[Sequence[np.ndarray]],
-    whole: Sequence[np.ndarray],
-    fps: float,
-    pixels_per_degree: Sequence[float],
-) -> list[list[float]]:
-    """Return JOD below ten of displayed sequences, of each from every distance."""
-    names = {str(k): np.stack(each).astype(np.float32) / 255 for k, each in enumerate(tested)}
-    of = np.stack(whole).astype(np.float32) / 255
-    found = just_objectionable_differences(names, of, fps, pixels_per_degree)
-    return [[10 - jod for jod in found[name]] for name in names]
 
 
 def band_contrasts(

@@ -1,7 +1,7 @@
 """Observers of a stated model: how many are needed, and files as the page writes them.
 
 Nobody has looked. A simulated observer has thresholds, slopes and a lapse rate; whoever guesses has
-a lapse rate of 1.
+a lapse rate of one half.
 """
 
 import math
