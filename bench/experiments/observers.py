@@ -10,7 +10,7 @@ and preset have samples of their own; the reference with others tells what grain
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from datetime import UTC, datetime
+from dataclasses import replace
 from functools import partial
 from itertools import product
 from typing import Any
@@ -30,8 +30,9 @@ from bench.observers.results import Session
 from bench.observers.simulate import ObserverModel, ask
 from bench.plots import Curve, Panel, Plot, estimated, figure
 from bench.records.claims import EXACT, Claim, at_least, at_most, claim, within
-from bench.records.provenance import provenance, scene_digest
+from bench.records.provenance import scene_digest
 from bench.records.records import Column, Point, Prediction, Record, columns, grouped
+from bench.runs import RunRequest, run_experiment
 from bench.seeds import first_seed
 from bench.statistics.estimates import Estimate, two_sided_mean, two_sided_share
 from lod.errors import InputError
@@ -61,10 +62,7 @@ def no_cases() -> Sequence[Case]:
 def answers_record(
     sessions: Sequence[Session], plan: Mapping[str, Any], notes: Mapping[str, Any]
 ) -> Record:
-    """Make the record of sessions that are used.
-
-    Raises InputError where no condition has two observers.
-    """
+    """Make the record of sessions. Raises InputError where no condition has two observers."""
     points, seen = [], [each.counts() for each in sessions]
     for number, condition in enumerate(plan["conditions"]):
         mine = [k for k, each in enumerate(seen) if number in each]
@@ -77,20 +75,15 @@ def answers_record(
         said = thresholds(plan["models"][condition["name"]]).items()
         predicted = tuple(Prediction("tau75", px, {"model": model}) for model, px in said)
         case = {"topic": "answers", "condition": condition["name"]}
-        points.append(Point(case, predicted, tuple(samples)))
+        points.append(Point(case, predicted, tuple(samples), plan["sha256"]))
     if not points:
         rule = "2 observers of one condition, or more, who are not excluded"
         raise InputError("FILES", f"{len(sessions)} observers", rule, "ask more people")
-    return Record(
-        experiment=EXPERIMENT.name,
-        version=EXPERIMENT.version,
-        quick=False,
-        made=datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ"),
-        provenance=provenance(plan["sha256"], plan["seed"]),
-        points=tuple(points),
-        claims=EXPERIMENT.judged(points),
-        notes={"plan": plan["sha256"], "observers": len(sessions), **notes},
-    )
+    given = replace(EXPERIMENT.topics["answers"], cases=lambda: [partial(lambda seed: points)])
+    asked = RunRequest(EXPERIMENT.name, ("answers",))
+    record = run_experiment(replace(EXPERIMENT, topics={"answers": given}), asked)
+    about = {"plan": plan["sha256"], "observers": len(sessions), **notes}
+    return replace(record, notes=record.notes | about)
 
 
 def thresholds(said: Mapping[str, Sequence[float]]) -> dict[str, float]:
@@ -252,11 +245,13 @@ SAID = {
 """What models say of a preset, and what is claimed: three of four do not tell it from the finer."""
 
 
-def predicted_cases(count: int, size: str, spp: int, frames: int, unseen: bool) -> Sequence[Case]:
-    """Return every preset from some places, still and moving."""
+def predicted_cases(
+    presets: Sequence[str], count: int, size: str, spp: int, frames: int, unseen: bool
+) -> Sequence[Case]:
+    """Return presets, or every one without names, from some places, still and moving."""
     return [
         partial(measure_predicted, place, way, spp, frames, choose())
-        for name, _ in preset_names()
+        for name in presets or [name for name, _ in preset_names()]
         for place in places(name, count, size, first_seed(unseen))
         for way in ("still", "moving")
     ]
@@ -301,10 +296,9 @@ def measure_predicted(
 def predicted_claims(points: Sequence[Point]) -> Iterator[Claim]:
     """Claim that a preset is told from the finer one in three of four pairs at most."""
     for point, (quantity, (name, bound)), ppd in product(points, SAID.items(), DISTANCES):
-        names = {key: str(point.case[key]) for key in ("preset", "way")}
         estimate = two_sided_mean(point.values(quantity, ppd=ppd) / 1e6)
-        at = {**names, "ppd": ppd}
-        yield claim(name, bound, at, estimate, unit="place", source="§1.1")
+        at = {"preset": str(point.case["preset"]), "way": str(point.case["way"])}
+        yield claim(name, bound, at | {"ppd": ppd}, estimate, unit="place", source="§1.1")
 
 
 def predicted_plots(record: Record) -> Iterator[Plot]:
@@ -341,9 +335,22 @@ EXPERIMENT = Experiment(
             cases=predicted_cases,
             claims=predicted_claims,
             plots=predicted_plots,
-            full={"count": 3, "size": "640x360", "spp": 64, "frames": 12, "unseen": True},
-            quick={"count": 2, "size": "96x54", "spp": 64, "frames": 3, "unseen": False},
-            seconds=(14400, 900),
+            full={
+                "presets": [],
+                "count": 3,
+                "size": "640x360",
+                "spp": 64,
+                "frames": 12,
+                "unseen": True,
+            },
+            quick={
+                "presets": ["crowd", "badlands", "playground", "zoo"],
+                "count": 2,
+                "size": "96x54",
+                "frames": 3,
+                "unseen": False,
+            },
+            seconds=(14400, 240),
             apart=True,
         ),
         "answers": Topic(

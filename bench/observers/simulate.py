@@ -12,15 +12,8 @@ from typing import Any
 import numpy as np
 from scipy import stats
 
-from bench.observers.plan import (
-    BLOCK,
-    CATCHES,
-    FITTED_LEVELS,
-    PIXELS_PER_DEGREE,
-    STAIRCASE,
-    TRIALS,
-    counts,
-)
+from bench.observers import plan as fixed
+from bench.observers.plan import FITTED_LEVELS, STAIRCASE, TRIALS
 from bench.observers.psychometric import AT_75, SLOPE_PRIOR, Fits, chance_correct, fit
 
 
@@ -60,7 +53,7 @@ class Answers:
 
     def fitted(self) -> Fits:
         """Fit every observer in every condition, (n·conditions,)."""
-        right, shown = counts(self.level, self.correct)
+        right, shown = fixed.counts(self.level, self.correct)
         size = len(FITTED_LEVELS)
         return fit(FITTED_LEVELS, right.reshape(-1, size), shown.reshape(-1, size))
 
@@ -85,7 +78,7 @@ def ask(
         each.ravel() for each in (slope, log75 - AT_75 / slope, np.repeat(lapse, conditions))
     )
     posterior, levels, told = STAIRCASE.start(n * conditions), [], []
-    for trial in range(trials + CATCHES):
+    for trial in range(trials + fixed.CATCHES):
         caught = trial >= trials
         easiest = np.full(len(slope), len(STAIRCASE.levels))
         level = easiest if caught else STAIRCASE.next_level(posterior)
@@ -109,17 +102,17 @@ def power(conditions: int, model: ObserverModel) -> list[dict[str, float]]:
     The deviation of one observer's estimate is that of simulated staircases; to it come the assumed
     ones between observers and conditions. Student's t makes the interval.
     """
-    rows = []
+    rows: list[dict[str, float]] = []
     for trials in (12, TRIALS, 48):
         rng = np.random.default_rng(0)
-        said = ask(model, np.full(120, math.nan), BLOCK, rng, trials)
+        said = ask(model, np.full(120, math.nan), fixed.BLOCK, rng, trials)
         error = float(np.std(said.fitted().value - said.log75.ravel()))
         total = math.hypot(error, model.observers, model.conditions)
         n = 2
         while stats.t.ppf(0.975, n - 1) * total / math.sqrt(n) > math.log10(1 + WANTED):
             n += 1
-        all_of_them = math.ceil(n * conditions / min(BLOCK, conditions))
-        row = {"trials": trials, "deviation": round(error, 3), "each": n, "observers": all_of_them}
+        everyone = math.ceil(n * conditions / min(fixed.BLOCK, conditions))
+        row = {"trials": trials, "deviation": round(error, 3), "each": n, "observers": everyone}
         rows.append(row)
     return rows
 
@@ -150,6 +143,6 @@ def simulated_sessions(
             "session": f"simulated-{seed}-{who + 1}",
             "started": "2000-01-01T00:00:00.000Z",
             "finished": "2000-01-01T00:15:00.000Z",
-            "screen": {"millipixels_per_degree": round(1000 * PIXELS_PER_DEGREE)},
+            "screen": {"millipixels_per_degree": round(1000 * fixed.PIXELS_PER_DEGREE)},
             "trials": trials,
         }
