@@ -63,19 +63,18 @@ def answers_record(
     sessions: Sequence[Session], plan: Mapping[str, Any], notes: Mapping[str, Any]
 ) -> Record:
     """Make the record of sessions. Raises InputError where no condition has two observers."""
-    points, seen = [], [each.counts() for each in sessions]
+    points, seen = [], [(each.observer, each.counts()) for each in sessions]
     for number, condition in enumerate(plan["conditions"]):
-        mine = [k for k, each in enumerate(seen) if number in each]
-        if len(mine) < 2:
-            continue
-        right, shown = (np.array([seen[k][number][n] for k in mine]).T.tolist() for n in (0, 1))
-        samples = [*columns({"observer": [sessions[k].observer for k in mine]})]
-        for level in range(len(FITTED_LEVELS)):
-            samples += columns({"right": right[level], "shown": shown[level]}, level=level)
-        said = thresholds(plan["models"][condition["name"]]).items()
-        predicted = tuple(Prediction("tau75", px, {"model": model}) for model, px in said)
-        case = {"topic": "answers", "condition": condition["name"]}
-        points.append(Point(case, predicted, tuple(samples), plan["sha256"]))
+        mine = [(who, counts[number]) for who, counts in seen if number in counts]
+        if len(mine) > 1:
+            samples = [*columns({"observer": [who for who, _ in mine]})]
+            for level in range(len(FITTED_LEVELS)):
+                right, shown = ([int(each[n][level]) for _, each in mine] for n in (0, 1))
+                samples += columns({"right": right, "shown": shown}, level=level)
+            said = thresholds(plan["models"][condition["name"]]).items()
+            predicted = tuple(Prediction("tau75", px, {"model": model}) for model, px in said)
+            case = {"topic": "answers", "condition": condition["name"]}
+            points.append(Point(case, predicted, tuple(samples), plan["sha256"]))
     if not points:
         rule = "2 observers of one condition, or more, who are not excluded"
         raise InputError("FILES", f"{len(sessions)} observers", rule, "ask more people")
@@ -88,23 +87,22 @@ def answers_record(
 
 def thresholds(said: Mapping[str, Sequence[float]]) -> dict[str, float]:
     """Return τ [px] at which each model's values, of all levels, come up to its threshold."""
-    values = {model: np.array(row)[:, None] for model, row in said.items()}
-    found = {
-        model: crossings(np.array(LEVELS_PX), row, row, MODELS[model][1])[0, 0]
-        for model, row in values.items()
-    }
-    return {model: float(px) for model, px in found.items() if math.isfinite(px)}
+    found: dict[str, float] = {}
+    for model, row in said.items():
+        values = np.array(row)[:, None]
+        px = float(crossings(np.array(LEVELS_PX), values, values, MODELS[model][1])[0, 0])
+        found |= {model: px} if math.isfinite(px) else {}
+    return found
 
 
 def fitted(points: Sequence[Point]) -> tuple[Fits, np.ndarray, np.ndarray]:
     """Fit every observer in every condition; also return who and which condition, (n,) each."""
     levels = range(len(FITTED_LEVELS))
     right, shown = (
-        np.concatenate([np.array([p.column(q, level=k) for k in levels]).T for p in points])
+        np.array([[n for p in points for n in p.column(q, level=k)] for k in levels]).T
         for q in ("right", "shown")
     )
-    who = np.concatenate([p.column("observer") for p in points])
-    which = np.repeat(np.arange(len(points)), [len(p.column("observer")) for p in points])
+    who, which = np.array([(n, k) for k, p in enumerate(points) for n in p.column("observer")]).T
     return fit(FITTED_LEVELS, right, shown), np.unique(who, return_inverse=True)[1], which
 
 
@@ -129,18 +127,17 @@ def answer_claims(points: Sequence[Point]) -> Iterator[Claim]:
 
 def answer_plots(record: Record) -> Iterator[Plot]:
     """Draw τ₇₅ of every condition, beside what the models predict."""
-    both = list(zip(record.points, joined(record.points), strict=True))
-    panels = []
+    found, panels = joined(record.points), []
     for way in WAYS:
         name = f", {way}"
-        mine = [(p, e) for p, e in both if p.case["condition"].endswith(name)]
-        drawn = [estimated("observers", range(len(mine)), [e for _, e in mine])] if mine else []
-        for model, (label, *_) in MODELS.items():
-            said = [(k, p.predicted) for k, (p, _) in enumerate(mine)]
-            told = [(k, e.value) for k, row in said for e in row if e.keys == {"model": model}]
-            if told:
-                drawn.append(Curve(label, [k for k, _ in told], [value for _, value in told]))
-        ticks = [p.case["condition"].removesuffix(name) for p, _ in mine]
+        rows = [k for k, p in enumerate(record.points) if p.case["condition"].endswith(name)]
+        mine = [record.points[k] for k in rows]
+        drawn = [estimated("observers", range(len(rows)), [found[k] for k in rows])] if rows else []
+        for model, (label, _) in MODELS.items():
+            said = [(k, e) for k, p in enumerate(mine) for e in p.predicted]
+            told = {k: e.value for k, e in said if e.keys == {"model": model}}
+            drawn += [Curve(label, [*told], [*told.values()])] if told else []
+        ticks = [p.case["condition"].removesuffix(name) for p in mine]
         axis, scale = ("pictures", "τ75 [px]"), ("linear", "log")
         panels.append(Panel(way, axis, drawn, scale, "points", ticks))
     caption = (
@@ -153,11 +150,12 @@ def answer_plots(record: Record) -> Iterator[Plot]:
 
 def answer_tables(record: Record) -> Iterator[tuple[str, Table]]:
     """List τ₇₅ of every observer in every condition."""
-    found, _, which = fitted(record.points)
-    who = [n for p in record.points for n in p.column("observer")]
+    found, *_ = fitted(record.points)
+    values = zip(found.value, found.low, found.high, strict=True)
     rows = [
-        (record.points[k].case["condition"], str(n), *(f"{10**v:.3g}" for v in values))
-        for k, n, *values in zip(which, who, found.value, found.low, found.high, strict=True)
+        (point.case["condition"], str(who), *(f"{10**each:.3g}" for each in next(values)))
+        for point in record.points
+        for who in point.column("observer")
     ]
     yield "τ75 of every observer", (("pictures", "observer", "τ75 [px]", "from", "to"), rows)
 

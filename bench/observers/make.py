@@ -1,22 +1,20 @@
 """Render the pairs of an experiment, ask models about them, and write the page.
 
-A condition is one case, which a cluster may measure. Its pictures are finished one by one, each
-under a name that is a digest of all that made it: the same command goes on where it was stopped,
-and nobody reads from a name what is pruned. The two pictures of the reference, and those of the
-levels, have samples of their own, so that grain tells nothing.
+The name of a picture is a digest of all that made it: the same command goes on where it was
+stopped, and nobody reads from a name what is pruned. The two pictures of the reference, and those
+of the levels, have samples of their own, so that grain tells nothing.
 
 Three models look at every pair, as it is displayed at 60 pixels a degree:
 
-flip     mean FLIP (``bench.images.differences``) beyond that of grain alone; of clips that of the
-         first, middle and last frame
+flip     mean FLIP (``bench.images.differences``); of clips that of first, middle and last frame
 barten   contrast in thresholds of Barten's eye (``lod.eye``): parts of τ px are half-periods of a
          frequency f, and √2 times the RMS of (Y − Y′)/mean Y′ in the octave about f is the
          modulation of a grating with as much contrast; times the eye's sensitivity at f it is 1
          where the eye sees it half of the time, and so is right three times in four
 lost     JOD below ten of ColorVideoVDP, where its environment is there
 
-Grain alone has FLIP and contrast. How much is told by the second picture of the reference, and is
-taken away: from FLIP as it is, from contrast squared, for variances add up.
+What the second picture of the reference has of FLIP and of squared contrast is grain's alone, and
+is taken away.
 """
 
 import json
@@ -44,13 +42,8 @@ from lod.eye import SQUARE_WAVE_GAIN, Display, Eye, sensitivity
 from scenes.files import write_text
 from scenes.presets.load import Setting, load_preset
 from scenes.presets.schema import Preset
-from scenes.render.pictures import (
-    NEARLY_LOSSLESS,
-    auto_exposure,
-    encode_movie,
-    save_picture,
-    to_srgb_8bit,
-)
+from scenes.render import pictures
+from scenes.render.pictures import auto_exposure, to_srgb_8bit
 from scenes.render.render import build_frame, trace
 from scenes.render.variants import choose
 from scenes.scene import Scene
@@ -60,12 +53,8 @@ PLAN, PAGE, PICTURES = "plan.json", "index.html", "pictures"
 APART = "sha256", "models", "power", "seconds"
 """What of a plan the page does not show."""
 
-OBSERVERS = 120
-"""Numbers that have a block of their own; from there on they come again."""
-
-BREAK_EVERY = 42
-"""Trials between breaks."""
-
+OBSERVERS, BREAK_EVERY = 120, 42
+"""Numbers that have blocks of their own, before these come again; trials between breaks."""
 
 SECONDS = 1.5, 0.75
 """Processor seconds of a frame that is built, and of each million samples (see the page)."""
@@ -157,16 +146,13 @@ def write_clip(shown: Sequence[np.ndarray], path: Path) -> None:
     """Write displayed pictures as a PNG or a film, as the path ends."""
     path.parent.mkdir(exist_ok=True)
     if path.suffix == ".png":
-        save_picture(Image.fromarray(shown[0]), path)
+        pictures.save_picture(Image.fromarray(shown[0]), path)
     else:
-        encode_movie(iter(shown), path, plan.FPS, NEARLY_LOSSLESS)
+        pictures.encode_movie(iter(shown), path, plan.FPS, pictures.NEARLY_LOSSLESS)
 
 
 def look_at(shown: Sequence[np.ndarray], whole: Sequence[np.ndarray]) -> dict[str, Any]:
-    """Return what each model says of displayed pictures beside their reference, grain included.
-
-    The contrasts are those in the band of every level.
-    """
+    """Return what models say of pictures beside a reference; contrasts in each level's band."""
     some = sorted({0, len(shown) // 2, len(shown) - 1})
     pairs = [[each[k].astype(np.float32) / 255 for each in (shown, whole)] for k in some]
     flips = [mean_flip(one, other, plan.PIXELS_PER_DEGREE) for one, other in pairs]
@@ -182,10 +168,7 @@ def look_at(shown: Sequence[np.ndarray], whole: Sequence[np.ndarray]) -> dict[st
 def band_contrasts(
     shown: np.ndarray, whole: np.ndarray, ppd: float = plan.PIXELS_PER_DEGREE
 ) -> np.ndarray:
-    """Return the difference of two displayed pictures in thresholds of Barten's eye, by level.
-
-    ``ppd`` are pixels per degree.
-    """
+    """Return the difference of two displayed pictures in thresholds of Barten's eye, by level."""
     from colour.models import eotf_sRGB
 
     one, other = (eotf_sRGB(each.astype(np.float64)) @ LUMINANCE for each in (shown, whole))
@@ -205,10 +188,10 @@ def band_contrasts(
 def without_grain(levels: Sequence[Mapping[str, Any]], grain: Mapping[str, Any]) -> dict[str, Any]:
     """Return each model's value of every level of the staircase, less that of grain."""
     own = levels[: len(LEVELS_PX)]
-    pairs = np.array([(each["barten"][k], grain["barten"][k]) for k, each in enumerate(own)])
+    contrasts = np.array([each["barten"][k] for k, each in enumerate(own)])
     values = {
         "flip": [each["flip"][0] - grain["flip"][0] for each in own],
-        "barten": beyond_grain(*pairs.T).tolist(),
+        "barten": beyond_grain(contrasts, np.array(grain["barten"])).tolist(),
     }
     lost = [each["lost"][0] for each in own if "lost" in each]
     return values | ({"lost": lost} if len(lost) == len(own) else {})

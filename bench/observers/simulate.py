@@ -21,11 +21,10 @@ from bench.observers.psychometric import AT_75, SLOPE_PRIOR, Fits, chance_correc
 class ObserverModel:
     """A population of observers that is assumed.
 
-    thresholds  least and greatest mean log₁₀ τ₇₅ of conditions, which are even between them
-    observers   deviation of log₁₀ τ₇₅ between observers, in all conditions alike
-    conditions  the same of one observer from condition to condition
-    slope       median of β, and the deviation of ln β
-    lapse       mean λ of a Beta distribution whose first parameter is 1
+    thresholds   least and greatest mean log₁₀ τ₇₅ of conditions, which are even between them
+    observers, conditions   deviations of log₁₀ τ₇₅ between observers, and of one between conditions
+    slope        median of β, and the deviation of ln β
+    lapse        mean λ of a Beta distribution whose first parameter is 1
     """
 
     thresholds: tuple[float, float] = (0.15, 0.75)
@@ -41,11 +40,7 @@ class ObserverModel:
 
 @dataclass(frozen=True)
 class Answers:
-    """What simulated observers answered.
-
-    log75           (n, conditions) log₁₀ τ₇₅ as it truly is
-    level, correct  (n, conditions, trials) what was shown, and whether it was told; catches last
-    """
+    """True log₁₀ τ₇₅, (n, conditions); levels shown and right answers, (n, conditions, trials)."""
 
     log75: np.ndarray
     level: np.ndarray
@@ -65,10 +60,7 @@ def ask(
     rng: np.random.Generator,
     trials: int = TRIALS,
 ) -> Answers:
-    """Draw an observer for each lapse rate (n,), and send each through staircases and catches.
-
-    A lapse rate of NaN is drawn, too.
-    """
+    """Send an observer of each lapse rate (n,), NaN drawn, through staircases and catch trials."""
     n, shape = len(lapse), (len(lapse), conditions)
     lapse = np.where(np.isnan(lapse), rng.beta(1, 1 / model.lapse - 1, n), lapse)
     own = rng.normal(0, model.observers, (n, 1)) + rng.normal(0, model.conditions, shape)
@@ -99,8 +91,7 @@ WANTED = 0.15
 def power(conditions: int, model: ObserverModel) -> list[dict[str, float]]:
     """Calculate how many observers find τ₇₅ of a condition within ±15 %, for numbers of trials.
 
-    The deviation of one observer's estimate is that of simulated staircases; to it come the assumed
-    ones between observers and conditions. Student's t makes the interval.
+    The deviation of an estimate is that of simulated staircases, with the assumed ones of people.
     """
     rows: list[dict[str, float]] = []
     for trials in (12, TRIALS, 48):
@@ -120,10 +111,7 @@ def power(conditions: int, model: ObserverModel) -> list[dict[str, float]]:
 def simulated_sessions(
     plan: Mapping[str, Any], lapse: Sequence[float], model: ObserverModel, seed: int
 ) -> Iterator[dict[str, Any]]:
-    """Yield the content of the result file of each observer, numbered from 1.
-
-    They sit where they were asked to, and answer in half a second or more.
-    """
+    """Yield the content of the result file of each observer, numbered from 1."""
     rng = np.random.default_rng(seed)
     said = ask(model, np.array(lapse), len(plan["conditions"]), rng)
     for who, (levels, correct) in enumerate(zip(said.level, said.correct, strict=True)):
