@@ -64,7 +64,7 @@ SECONDS = 1.5, 0.75
 class Pictures:
     """How the pictures of an experiment are made: size WxH, samples a pixel, frames of a clip."""
 
-    size: str = "640x360"
+    size: str = "576x324"
     spp: int = 256
     frames: int = 24
 

@@ -43,7 +43,7 @@ _MANY = click.IntRange(0, 9999)
 
 @command.command("make", cls=StrictCommand)
 @click.argument("folder", metavar="DIR")
-@click.option("--size", metavar="WxH", help="Of a picture: 640x360, and 320x180 with --small.")
+@click.option("--size", metavar="WxH", help="Of a picture: 576x324, and 320x180 with --small.")
 @click.option("--spp", type=click.IntRange(1, 2**16), default=256, show_default=True, metavar="N")
 @click.option("--frames", type=click.IntRange(2, 240), default=24, show_default=True, metavar="N")
 @click.option("--small", is_flag=True, help="The six conditions that try the program, not all 36.")
@@ -51,12 +51,7 @@ _MANY = click.IntRange(0, 9999)
 @memory_flag_of_all
 @_JSON
 def make_command(
-    folder: str,
-    size: str | None,
-    small: bool,
-    cluster: str | None,
-    as_json: bool,
-    **pictures: Any,
+    folder: str, small: bool, cluster: str | None, as_json: bool, **pictures: Any
 ) -> None:
     """Render the pairs, and write the page DIR/index.html, which works offline.
 
@@ -69,7 +64,8 @@ def make_command(
     from scenes.render.pictures import needed_ffmpeg
 
     conditions = SMALL_SET if small else CONDITIONS
-    how = Pictures(size or ("320x180" if small else "640x360"), **pictures)
+    pictures["size"] = pictures["size"] or ("320x180" if small else "576x324")
+    how = Pictures(**pictures)
     how.preset(conditions[0], 1.0)  # which refuses a size that cannot be
     needed_ffmpeg()
     place, need = make_folder(folder, "DIR").resolve(), power(len(conditions), ObserverModel())
