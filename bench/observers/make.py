@@ -109,8 +109,8 @@ def make_condition(condition: Condition, folder: Path, how: Pictures) -> dict[st
 
     left = [each for each in VERSIONS if not (path(each).exists() and said(each).exists())]
     if left or not path(REFERENCE).exists():
-        scene = Scene(how.preset(condition, plan.REFERENCE_PX))
         start = spent_since().values()
+        scene = Scene(how.preset(condition, plan.REFERENCE_PX))
         radiance = list(radiances(scene, numbers, variant, REFERENCE[1]))
         exposure = auto_exposure(radiance[0])
         whole = [to_srgb_8bit(each, exposure) for each in radiance]
@@ -120,8 +120,8 @@ def make_condition(condition: Condition, folder: Path, how: Pictures) -> dict[st
             rendered = radiances(here, numbers, variant, version[1])
             shown = [to_srgb_8bit(each, exposure) for each in rendered]
             write_clip(shown, path(version))
-            about = look_at(shown, whole) | {"spent": spent_since([*start])}
-            write_text(said(version), json.dumps(about))
+            spent = spent_since([*start])
+            write_text(said(version), json.dumps(look_at(shown, whole) | {"spent": spent}))
             start = spent_since().values()
     grain, *levels = (json.loads(said(each).read_text("utf-8")) for each in VERSIONS)
     reference, again, *files = (f"{PICTURES}/{path(v).name}" for v in (REFERENCE, *VERSIONS))
