@@ -3,7 +3,7 @@
 Mantiuk et al., "ColorVideoVDP: A visual difference predictor for image, video and display
 distortions", ACM Trans. Graph. 43(4), 2024. Ten JOD are no difference; one fewer is a difference
 that three of four people would choose. The display is its ``standard_4k``: a 30-inch 4K monitor of
-200 cd/m², seen from two of its heights, 75 pixels a degree, or from as far as is asked.
+200 cd/m², seen from two of its heights, 75.4 pixels a degree, or from as far as is asked.
 """
 
 import json
@@ -21,7 +21,7 @@ def just_objectionable_differences(
     tested: Mapping[str, np.ndarray],
     whole: np.ndarray,
     fps: float,
-    pixels_per_degree: Sequence[float] = (75.0,),
+    pixels_per_degree: Sequence[float] = (75.4,),
 ) -> dict[str, list[float]]:
     """Return the quality of every displayed sequence, (n, h, w, 3) each, in JOD, by name.
 

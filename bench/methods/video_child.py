@@ -21,7 +21,7 @@ def main(source: str) -> None:
     asked = json.load(sys.stdin)
     arrays = np.load(source)
     height, width = arrays["whole"].shape[1:3]
-    jod = {name: [] for name in asked["videos"]}
+    jod: dict[str, list[float]] = {name: [] for name in asked["videos"]}
     for ppd in asked["pixels_per_degree"]:
         seen = pycvvdp.vvdp_display_geometry((width, height), ppd=ppd)
         metric = pycvvdp.cvvdp(DISPLAY, None, seen, device=torch.device("cpu"), quiet=True)
