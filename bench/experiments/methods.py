@@ -247,7 +247,7 @@ def measure_walk(window: Window, frames: int, seed: int) -> list[Point]:
         jod = just_objectionable_differences(judged, reference, float(scene.preset.camera.fps))
         for runner in walked:
             if runner.method.name in jod:
-                runner.columns.append(Column("jod", [round(1e6 * jod[runner.method.name])]))
+                runner.columns.append(Column("jod", [round(1e6 * jod[runner.method.name][0])]))
     return [each.point(part="walk", kind=window.kind, objects=window.objects) for each in walked]
 
 

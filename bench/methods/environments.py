@@ -55,6 +55,14 @@ class Environment:
         whole = mark.is_file() and mark.read_text(encoding="utf-8") == self._digest()
         return python if whole and python.exists() else None
 
+    def needed(self) -> Path:
+        """Return its Python. Raises InputError where it was not made."""
+        python = self.python()
+        if python is None:
+            cure = f"`lodbench environments {self.name}` makes it"
+            raise InputError(self.name, "no environment", "it is made on request", cure)
+        return python
+
     def make(self) -> Path:
         """Make it anew, and return its Python.
 
@@ -109,10 +117,7 @@ def answer_of(environment: Environment, script: str, asked: str, *arguments: str
 
     Raises InputError where there is no such environment, and where the script fails.
     """
-    python = environment.python()
-    if python is None:
-        cure = f"`lodbench environments {environment.name}` makes it"
-        raise InputError(environment.name, "no environment", "it is made on request", cure)
+    python = environment.needed()
     mine = {k: v for k, v in os.environ.items() if not k.startswith("PYTHON")}
     done = subprocess.run(
         [str(python), "-I", str(_FOLDER / script), *arguments],

@@ -4,6 +4,7 @@ All that is fixed before anyone is asked stands here, and in no other file.
 """
 
 import math
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from functools import cache
 from itertools import permutations, product
@@ -14,19 +15,12 @@ import numpy as np
 from bench.observers.psychometric import Staircase
 
 LEVELS_PX = tuple(2.0 ** (k / 2) for k in range(-2, 9))
-"""τ of the pruned pictures: ½ to 16 px, two levels an octave."""
+REFERENCE_PX, CATCH_PX = 0.25, 64.0
+"""τ of pruned pictures: ½ to 16 px; of the reference, for a field without end cannot be displayed
+whole; and of catch trials, where everyone sees that nearly all is missing."""
 
-CATCH_PX = 64.0
-"""τ of catch trials, at which everyone sees that nearly all is missing."""
-
-REFERENCE_PX = 0.25
-"""τ of the reference: a field without end cannot be displayed whole."""
-
-TRIALS, CATCHES = 24, 4
-"""Trials of the staircase, and catch trials, of one observer in one condition."""
-
-BLOCK = 6
-"""Conditions of one observer: about 14 minutes of trials."""
+TRIALS, CATCHES, BLOCK = 24, 4, 6
+"""Trials of the staircase, and catch trials, in each of an observer's conditions: 14 minutes."""
 
 STAIRCASE = Staircase(
     levels=tuple(math.log10(px) for px in LEVELS_PX),
@@ -95,23 +89,13 @@ def _balanced(replicate: int) -> tuple[tuple[int, ...], ...]:
     A block leaves out one permutation of places and ways; which subjects it gets is drawn until no
     block has one thrice, with the replicate as the seed.
     """
-    number = {condition: k for k, condition in enumerate(CONDITIONS)}
-    rng = np.random.default_rng(replicate)
-    cells = [
-        [
-            (place, way)
-            for (i, place), (k, way) in product(enumerate(PLACES), enumerate(WAYS))
-            if left_out[i] != k
-        ]
-        for left_out in permutations(range(3))
-    ]
-    subjects = list(SUBJECTS)
+    rng, cells = np.random.default_rng(replicate), list(product(PLACES, WAYS))
+    left_out = [set(zip(PLACES, ways, strict=True)) for ways in permutations(WAYS)]
     while True:
-        decks = {cell: list(rng.permutation(subjects)) for cell in product(PLACES, WAYS)}
-        dealt = [[(decks[cell].pop(), *cell) for cell in block] for block in cells]
-        most = max(max(np.unique([s for s, *_ in b], return_counts=True)[1]) for b in dealt)
-        if most <= 2:
-            return tuple(tuple(number[Condition(*c)] for c in block) for block in dealt)
+        decks = {cell: list(rng.permutation(list(SUBJECTS))) for cell in cells}
+        dealt = [[(decks[c].pop(), *c) for c in cells if c not in out] for out in left_out]
+        if all(max(Counter(s for s, *_ in block).values()) <= 2 for block in dealt):
+            return tuple(tuple(CONDITIONS.index(Condition(*c)) for c in b) for b in dealt)
 
 
 def block_of(observer: int, conditions: Sequence[Condition]) -> tuple[int, ...]:

@@ -7,20 +7,19 @@ An observer who chooses between two pictures is right with the probability
 a Weibull function of τ with slope β and lapse rate λ, who guesses right half of the time. τ₇₅ is
 where an observer without lapses is right three times in four: 10^(β·(x₇₅ − α)) = ln 2.
 
-**Sampling** is QUEST+ (Watson, "QUEST+: A general multidimensional Bayesian adaptive psychometric
-method", Journal of Vision 17(3):10, 2017): of all levels the next is that after which the expected
-entropy of the posterior is least. With w the posterior and p_L(θ) the chance of a right answer,
-that entropy is, up to a constant, −Σ w·h(p_L) + h(Σ w·p_L), where h(p) = p·ln p + (1−p)·ln(1−p).
+**Sampling** is QUEST+ (Watson, Journal of Vision 17(3):10, 2017): of all levels the next is that
+after which the expected entropy of the posterior is least. With w the posterior and p_L(θ) the
+chance of a right answer, that entropy is, up to a constant, −Σ w·h(p_L) + h(Σ w·p_L), where
+h(p) = p·ln p + (1−p)·ln(1−p).
 
-**Fitting** integrates the posterior over a grid (Schütt, Harmeling, Macke & Wichmann, "Painless and
-accurate Bayesian estimation of psychometric functions for (potentially) overdispersed data", Vision
-Research 122, 2016). The priors are weak: log₁₀ τ₇₅ is normal about the middle of the levels, ln β
-is normal, λ is Beta(1, LAPSE_BETA). Estimates and intervals are quantiles of the posterior.
+**Fitting** integrates the posterior over a grid (Schütt et al., Vision Research 122, 2016). Priors
+are weak: log₁₀ τ₇₅ is normal about the middle of the levels, ln β is normal, λ is Beta(1,
+LAPSE_BETA). Estimates and intervals are quantiles of the posterior.
 
 **Joining** is a mixed model of the estimates, y_ij = μ_j + b_i + e_ij: conditions j are fixed,
 observers i random, and the variance of e_ij is its own plus one from condition to condition. The
-prior is divided out of each estimate first, so that the many are not drawn to it as each is. Both
-variances are found by restricted maximum likelihood (Harville, JASA 72, 1977).
+prior is divided out of each estimate first. Both variances are found by restricted maximum
+likelihood (Harville, JASA 72, 1977).
 """
 
 import math
@@ -37,10 +36,13 @@ from lod.arrays import Ints, Reals
 from lod.errors import InputError
 
 GUESS = 0.5
-"""The share of right answers of who sees nothing."""
-
 AT_75 = math.log10(math.log(2))
 """β·(x₇₅ − α)."""
+
+THRESHOLD_DEVIATION = 0.4
+SLOPE_PRIOR = 2.5, 0.4
+LAPSE_BETA = 30.0
+"""Priors: deviation of log₁₀ τ₇₅ (95 % within a factor of 6); median of β and deviation of ln β."""
 
 
 def chance_correct(
@@ -54,15 +56,13 @@ def _grid(*axes: Sequence[float] | np.ndarray) -> list[np.ndarray]:
     return [each.ravel() for each in np.meshgrid(*axes, indexing="ij")]
 
 
+def _information(p: np.ndarray) -> np.ndarray:
+    return np.asarray(p * np.log(p) + (1 - p) * np.log1p(-p))
+
+
 @dataclass(frozen=True)
 class Staircase:
-    """QUEST+ over a grid of parameters; the page runs the same numbers.
-
-    levels      log₁₀ τ of every level that may be shown
-    thresholds  α; the prior is flat over all combinations
-    slopes      β
-    lapses      λ
-    """
+    """QUEST+ at levels x over a grid of α, β and λ, with a flat prior, as the page runs it."""
 
     levels: tuple[float, ...]
     thresholds: tuple[float, ...]
@@ -94,25 +94,9 @@ class Staircase:
         return after / after.sum(axis=1, keepdims=True)
 
 
-def _information(p: np.ndarray) -> np.ndarray:
-    return np.asarray(p * np.log(p) + (1 - p) * np.log1p(-p))
-
-
-THRESHOLD_DEVIATION = 0.4
-"""The deviation of the prior of log₁₀ τ₇₅: 95 % of it is within a factor of 6 of the middle."""
-
-SLOPE_PRIOR = 2.5, 0.4
-"""Median of β, and the deviation of ln β."""
-
-LAPSE_BETA = 30.0
-
-
 @dataclass(frozen=True)
 class Fits:
-    """Fits of n staircases: log₁₀ τ₇₅, its deviation and its 95 % interval, (n,) each.
-
-    middle  the middle of the levels, about which the prior lies
-    """
+    """Fits of n staircases: log₁₀ τ₇₅, deviation, 95 % interval, (n,) each; the prior's middle."""
 
     value: Reals
     deviation: Reals

@@ -1,8 +1,7 @@
-"""Files of results: read and checked, excluded by rule, counted, and fitted.
+"""Files of results: read and checked, excluded by rule, and counted.
 
 A file is what the page writes when a session ends: JSON whose ``sha256`` is that of ``content`` as
-canonical JSON, in which every number is whole. It tells whether a file was changed since, by
-accident or by hand; it is no signature.
+canonical JSON, in which every number is whole. It finds changes; it is no signature.
 """
 
 import json
@@ -15,7 +14,6 @@ import numpy as np
 from pydantic import BaseModel, Field, ValidationError
 
 from bench.observers import plan as fixed
-from bench.observers.plan import EXCLUSIONS, FITTED_LEVELS, counts
 from bench.records.records import content_sha256
 from lod.errors import InputError
 
@@ -28,7 +26,7 @@ class Trial(BaseModel, strict=True):
 
     condition: int = Field(ge=0)
     caught: bool
-    level: int = Field(ge=0, lt=len(FITTED_LEVELS))
+    level: int = Field(ge=0, lt=len(fixed.FITTED_LEVELS))
     side: Literal[0, 1]
     answer: Literal[0, 1]
     ms: int = Field(ge=0)
@@ -56,7 +54,7 @@ class Session(BaseModel, strict=True):
         for number in sorted({each.condition for each in self.trials}):
             mine = [each for each in self.trials if each.condition == number]
             level, right = zip(*((t.level, t.answer == t.side) for t in mine), strict=True)
-            found[number] = counts(np.array(level), np.array(right))
+            found[number] = fixed.counts(np.array(level), np.array(right))
         return found
 
     def excluded(self, plan: Mapping[str, Any]) -> str:
@@ -69,7 +67,16 @@ class Session(BaseModel, strict=True):
             np.median([each.ms for each in self.trials] or [0]) < fixed.SHORTEST_MEDIAN_MS,
             abs(ppd - 1) > fixed.MOST_OFF_DISTANCE,
         )
-        return next((why for why, so in zip(EXCLUSIONS, holds, strict=True) if so), "")
+        return next((why for why, so in zip(fixed.EXCLUSIONS, holds, strict=True) if so), "")
+
+
+class ResultFile(BaseModel, strict=True):
+    """A file as the page writes it."""
+
+    format: Literal["lodbench-observer"]
+    format_version: Literal[1]
+    sha256: str
+    content: Session
 
 
 def result_text(content: Mapping[str, Any]) -> str:
@@ -85,13 +92,10 @@ def read_results(paths: Sequence[Path], plan: Mapping[str, Any]) -> tuple[list[S
     for path in paths:
         try:
             session = read_result(path, plan)
-            if session.observer in sessions:
-                first = sessions[session.observer][1]
-                rule = f"one file of every observer, and {first.name} is of the same one"
-                raise InputError(
-                    str(path), f"observer {session.observer}", rule, "keep one of them"
-                )
-            sessions[session.observer] = session, path
+            _, first = sessions.setdefault(session.observer, (session, path))
+            if first != path:
+                rule = f"one file of observer {session.observer}, who has {first.name} as well"
+                raise InputError("FILES", str(path), rule, "keep one of them")
         except InputError as error:
             refused.append(str(error))
     return [session for session, _ in sessions.values()], refused
@@ -100,33 +104,29 @@ def read_results(paths: Sequence[Path], plan: Mapping[str, Any]) -> tuple[list[S
 def read_result(path: Path, plan: Mapping[str, Any]) -> Session:
     """Read one file. Raises InputError for one that is broken, foreign or edited."""
     try:
-        with path.open("rb") as file:
-            body = json.loads(file.read(LARGEST_FILE).decode("utf-8"))
-        whole = isinstance(body, dict) and body.get("sha256") == content_sha256(body.get("content"))
+        with path.open("rb") as opened:
+            body = json.loads(opened.read(LARGEST_FILE).decode("utf-8"))
+        file = ResultFile.model_validate(body)
+        whole = file.sha256 == content_sha256(body["content"])
+    except ValidationError as error:
+        first = error.errors()[0]
+        rule = f"a file that the page saved; {'.'.join(map(str, first['loc']))}: {first['msg']}"
+        raise InputError("FILES", str(path), rule, "leave it out") from None
     except (OSError, ValueError, RecursionError) as error:
         rule = f"a readable JSON file ({type(error).__name__})"
         raise InputError("FILES", str(path), rule, "save it again from the page") from None
-    if not isinstance(body, dict) or body.get("format") != FORMAT:
-        raise InputError("FILES", str(path), "a file that the page saved", "leave it out")
-    if body.get("format_version") != FORMAT_VERSION:
-        rule = f"format version {FORMAT_VERSION}"
-        raise InputError(str(path), body.get("format_version"), rule, "use lodbench of its day")
-    if not whole:
-        rule = "its content has the SHA-256 it names: it was edited or damaged"
-        raise InputError("FILES", str(path), rule, "take the file that the page saved")
-    try:
-        session = Session.model_validate(body["content"])
-    except ValidationError as error:
-        first = error.errors()[0]
-        key = ".".join(map(str, first["loc"]))
-        raise InputError(str(path), key, first["msg"], "save it again from the page") from None
-    if session.plan != plan["sha256"]:
-        rule = "a file of this experiment, and it is of another"
-        raise InputError("FILES", str(path), rule, "name the folder that its page came from")
+    session = file.content
     block = plan["blocks"][(session.observer - 1) % len(plan["blocks"])]
-    most = {False: plan["trials"], True: plan["catches"]}
-    for (condition, caught), n in Counter((t.condition, t.caught) for t in session.trials).items():
-        if condition not in block or n > most[caught]:
-            rule = f"trials of the block of observer {session.observer}"
-            raise InputError(str(path), f"condition {condition}", rule, "leave it out")
+    most = {(k, c): plan["catches" if c else "trials"] for k in block for c in (False, True)}
+    shown = Counter((each.condition, each.caught) for each in session.trials)
+    faults = {
+        "content with the SHA-256 it names: it was edited or damaged": not whole,
+        "a file of this experiment, and it is of another": session.plan != plan["sha256"],
+        f"trials of the block of observer {session.observer}": any(
+            n > most.get(trial, 0) for trial, n in shown.items()
+        ),
+    }
+    for rule, holds in faults.items():
+        if holds:
+            raise InputError("FILES", str(path), rule, "take the file that the page saved")
     return session

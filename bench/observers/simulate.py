@@ -1,7 +1,7 @@
 """Observers of a stated model: how many are needed, and files as the page writes them.
 
 Nobody has looked. A simulated observer has thresholds, slopes and a lapse rate; whoever guesses has
-a lapse rate of 1.
+a lapse rate of one half.
 """
 
 import math
@@ -12,15 +12,8 @@ from typing import Any
 import numpy as np
 from scipy import stats
 
-from bench.observers.plan import (
-    BLOCK,
-    CATCHES,
-    FITTED_LEVELS,
-    PIXELS_PER_DEGREE,
-    STAIRCASE,
-    TRIALS,
-    counts,
-)
+from bench.observers import plan as fixed
+from bench.observers.plan import FITTED_LEVELS, STAIRCASE, TRIALS
 from bench.observers.psychometric import AT_75, SLOPE_PRIOR, Fits, chance_correct, fit
 
 
@@ -28,11 +21,10 @@ from bench.observers.psychometric import AT_75, SLOPE_PRIOR, Fits, chance_correc
 class ObserverModel:
     """A population of observers that is assumed.
 
-    thresholds  least and greatest mean log₁₀ τ₇₅ of conditions, which are even between them
-    observers   deviation of log₁₀ τ₇₅ between observers, in all conditions alike
-    conditions  the same of one observer from condition to condition
-    slope       median of β, and the deviation of ln β
-    lapse       mean λ of a Beta distribution whose first parameter is 1
+    thresholds   least and greatest mean log₁₀ τ₇₅ of conditions, which are even between them
+    observers, conditions   deviations of log₁₀ τ₇₅ between observers, and of one between conditions
+    slope        median of β, and the deviation of ln β
+    lapse        mean λ of a Beta distribution whose first parameter is 1
     """
 
     thresholds: tuple[float, float] = (0.15, 0.75)
@@ -48,11 +40,7 @@ class ObserverModel:
 
 @dataclass(frozen=True)
 class Answers:
-    """What simulated observers answered.
-
-    log75           (n, conditions) log₁₀ τ₇₅ as it truly is
-    level, correct  (n, conditions, trials) what was shown, and whether it was told; catches last
-    """
+    """True log₁₀ τ₇₅, (n, conditions); levels shown and right answers, (n, conditions, trials)."""
 
     log75: np.ndarray
     level: np.ndarray
@@ -60,7 +48,7 @@ class Answers:
 
     def fitted(self) -> Fits:
         """Fit every observer in every condition, (n·conditions,)."""
-        right, shown = counts(self.level, self.correct)
+        right, shown = fixed.counts(self.level, self.correct)
         size = len(FITTED_LEVELS)
         return fit(FITTED_LEVELS, right.reshape(-1, size), shown.reshape(-1, size))
 
@@ -72,10 +60,7 @@ def ask(
     rng: np.random.Generator,
     trials: int = TRIALS,
 ) -> Answers:
-    """Draw an observer for each lapse rate (n,), and send each through staircases and catches.
-
-    A lapse rate of NaN is drawn, too.
-    """
+    """Send an observer of each lapse rate (n,), NaN drawn, through staircases and catch trials."""
     n, shape = len(lapse), (len(lapse), conditions)
     lapse = np.where(np.isnan(lapse), rng.beta(1, 1 / model.lapse - 1, n), lapse)
     own = rng.normal(0, model.observers, (n, 1)) + rng.normal(0, model.conditions, shape)
@@ -85,7 +70,7 @@ def ask(
         each.ravel() for each in (slope, log75 - AT_75 / slope, np.repeat(lapse, conditions))
     )
     posterior, levels, told = STAIRCASE.start(n * conditions), [], []
-    for trial in range(trials + CATCHES):
+    for trial in range(trials + fixed.CATCHES):
         caught = trial >= trials
         easiest = np.full(len(slope), len(STAIRCASE.levels))
         level = easiest if caught else STAIRCASE.next_level(posterior)
@@ -106,20 +91,19 @@ WANTED = 0.15
 def power(conditions: int, model: ObserverModel) -> list[dict[str, float]]:
     """Calculate how many observers find τ₇₅ of a condition within ±15 %, for numbers of trials.
 
-    The deviation of one observer's estimate is that of simulated staircases; to it come the assumed
-    ones between observers and conditions. Student's t makes the interval.
+    The deviation of an estimate is that of simulated staircases, with the assumed ones of people.
     """
-    rows = []
+    rows: list[dict[str, float]] = []
     for trials in (12, TRIALS, 48):
         rng = np.random.default_rng(0)
-        said = ask(model, np.full(120, math.nan), BLOCK, rng, trials)
+        said = ask(model, np.full(120, math.nan), fixed.BLOCK, rng, trials)
         error = float(np.std(said.fitted().value - said.log75.ravel()))
         total = math.hypot(error, model.observers, model.conditions)
         n = 2
         while stats.t.ppf(0.975, n - 1) * total / math.sqrt(n) > math.log10(1 + WANTED):
             n += 1
-        all_of_them = math.ceil(n * conditions / min(BLOCK, conditions))
-        row = {"trials": trials, "deviation": round(error, 3), "each": n, "observers": all_of_them}
+        everyone = math.ceil(n * conditions / min(fixed.BLOCK, conditions))
+        row = {"trials": trials, "deviation": round(error, 3), "each": n, "observers": everyone}
         rows.append(row)
     return rows
 
@@ -127,10 +111,7 @@ def power(conditions: int, model: ObserverModel) -> list[dict[str, float]]:
 def simulated_sessions(
     plan: Mapping[str, Any], lapse: Sequence[float], model: ObserverModel, seed: int
 ) -> Iterator[dict[str, Any]]:
-    """Yield the content of the result file of each observer, numbered from 1.
-
-    They sit where they were asked to, and answer in half a second or more.
-    """
+    """Yield the content of the result file of each observer, numbered from 1."""
     rng = np.random.default_rng(seed)
     said = ask(model, np.array(lapse), len(plan["conditions"]), rng)
     for who, (levels, correct) in enumerate(zip(said.level, said.correct, strict=True)):
@@ -150,6 +131,6 @@ def simulated_sessions(
             "session": f"simulated-{seed}-{who + 1}",
             "started": "2000-01-01T00:00:00.000Z",
             "finished": "2000-01-01T00:15:00.000Z",
-            "screen": {"millipixels_per_degree": round(1000 * PIXELS_PER_DEGREE)},
+            "screen": {"millipixels_per_degree": round(1000 * fixed.PIXELS_PER_DEGREE)},
             "trials": trials,
         }

@@ -43,7 +43,7 @@ _MANY = click.IntRange(0, 9999)
 
 @command.command("make", cls=StrictCommand)
 @click.argument("folder", metavar="DIR")
-@click.option("--size", metavar="WxH", default="640x360", show_default=True, help="Of a picture.")
+@click.option("--size", metavar="WxH", help="Of a picture: 576x324, and 320x180 with --small.")
 @click.option("--spp", type=click.IntRange(1, 2**16), default=256, show_default=True, metavar="N")
 @click.option("--frames", type=click.IntRange(2, 240), default=24, show_default=True, metavar="N")
 @click.option("--small", is_flag=True, help="The six conditions that try the program, not all 36.")
@@ -63,18 +63,24 @@ def make_command(
     from bench.runs import dask_executor
     from scenes.render.pictures import needed_ffmpeg
 
-    how, conditions = Pictures(**pictures), SMALL_SET if small else CONDITIONS
+    conditions = SMALL_SET if small else CONDITIONS
+    pictures["size"] = pictures["size"] or ("320x180" if small else "576x324")
+    how = Pictures(**pictures)
     how.preset(conditions[0], 1.0)  # which refuses a size that cannot be
     needed_ffmpeg()
     place, need = make_folder(folder, "DIR").resolve(), power(len(conditions), ObserverModel())
     with output(as_json) as out, dask_executor(cluster, out.note) as spread:
         tell_first_run()
+        foreseen = how.estimated_seconds(conditions)
+        out.note(f"lodbench: about {foreseen / 7200:.1f} h on two cores to render all")
         with progress_bar("condition") as progress:
             plan = make(place, conditions, how, spread, progress, need)
         page = str(Path(folder) / PAGE)
-        out.record({"page": page, "plan": plan["sha256"], "power": need})
+        spent = sum(plan["seconds"].values())
+        seconds = {"seconds_estimated": foreseen, "seconds_spent": spent}
+        out.record({"page": page, "plan": plan["sha256"], "power": need, **seconds})
         heads = ("trials", "deviation of log10 τ75", "observers a condition", "observers in all")
-        out.say(f"{page}: {len(conditions)} conditions, ready")
+        out.say(f"{page}: {len(conditions)} conditions, ready; {spent / 3600:.2f} h of one core")
         out.say("For τ75 of a condition within ±15 %, if observers are as the model assumes:")
         out.say(table([heads, *(tuple(row.values()) for row in need)]))
 
@@ -128,11 +134,12 @@ def simulate_command(
     experiment: str, observers: int, guessers: int, seed: int, folder: str, as_json: bool
 ) -> None:
     """Send observers of a stated model through the protocol, and write files as the page does."""
+    from bench.observers.psychometric import GUESS
     from bench.observers.results import result_text
     from bench.observers.simulate import ObserverModel, simulated_sessions
 
     plan, place, model = plan_of(experiment), make_folder(folder), ObserverModel()
-    lapse = [math.nan] * observers + [1.0] * guessers
+    lapse = [math.nan] * observers + [GUESS] * guessers
     paths = []
     for content in simulated_sessions(plan, lapse, model, seed):
         paths.append(place / f"observer-{content['observer']:04d}-{content['session']}.json")

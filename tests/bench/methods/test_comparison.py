@@ -325,5 +325,6 @@ def test_the_same_video_has_ten_points_and_a_noisy_one_fewer():
     random = np.random.default_rng(0)
     whole = random.random((8, 36, 64, 3)).astype("f4")
     noisy = np.clip(whole + 0.1 * random.standard_normal(whole.shape), 0, 1).astype("f4")
-    found = just_objectionable_differences({"same": whole, "noisy": noisy}, whole, 24.0)
-    assert found["same"] == pytest.approx(10.0) and found["noisy"] < 9.5
+    videos = {"same": whole, "noisy": noisy}
+    found = just_objectionable_differences(videos, whole, 24.0, (75.4, 30.0))
+    assert found["same"] == pytest.approx([10.0, 10.0]) and max(found["noisy"]) < 9.5

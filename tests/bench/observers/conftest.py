@@ -24,7 +24,7 @@ def grey_condition(condition, folder, how):
     names = {name: written(name, 150) for name in ("reference", "again")}
     said = {"flip": model, "barten": [200 * each for each in model]}
     about = {"name": condition.name, "moving": condition.moving}
-    return about | names | {"levels": levels, "models": said}
+    return about | names | {"levels": levels, "models": said, "seconds": 1.0}
 
 
 @pytest.fixture(scope="session")
