@@ -234,13 +234,17 @@ NEEDS = (
     Rule("view", "preview", "frames hold all layers, and only previews show one"),
     Rule("exposure", "preview", "frames are linear, and only previews are exposed"),
     Rule("fit", "max_memory", "it fills a budget"),
+    *(
+        Rule(name, "words", "it is of a program that is called")
+        for name in ("pack", "settings", "repeats", "program", "who", "baseline", "diagnose")
+    ),
     Rule("cluster", "repair", "workers only repair; looking is done here"),
     Rule("threads", "repair", "threads only repair; looking is done by one"),
     Rule("max_memory", "repair", "only what is rendered again needs memory"),
 )
 """A rule is for the commands that have both flags."""
 
-EXAMPLES = {"max_memory": "--max-memory 4GB"}
+EXAMPLES = {"max_memory": "--max-memory 4GB", "words": "--command WORDS"}
 
 
 GROUPS = (
