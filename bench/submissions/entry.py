@@ -232,6 +232,32 @@ def read_submission(path: str | Path, where: str = "submission") -> Row:
     return found
 
 
+def check_again(record: Row, paths: Sequence[str | Path], pack: str | Path) -> list[str]:
+    """Judge pictures once more, and say where a record says otherwise; nothing where it is true.
+
+    Raises InputError for a record of another pack.
+    """
+    if record["pack_sha256"] != pack_digest(pack):
+        raise InputError("--check", record["pack"], f"a record of {pack}")
+    found = []
+    for view, each in judged(paths, pack, variants=False).items():
+        path = views_of(paths)[view]
+        digest = hashlib.sha256(path.read_bytes()).hexdigest()
+        rows = [r for r in record["settings"] if r["sha256"].get(path.name) == digest]
+        if not rows:
+            found.append(f"{path.name}: the record has no such picture")
+            continue
+        said, here = rows[0]["pictures"][view], each.as_json()
+        for name in ("flip", "land", "coverage"):
+            if (said[name] is None) != (here[name] is None) or not math.isclose(
+                said[name] or 0, here[name] or 0, rel_tol=1e-4
+            ):
+                found.append(f"{path.name}: {name} is {here[name]}, the record says {said[name]}")
+        if bool(said["void"]) != bool(here["void"]):
+            found.append(f"{path.name}: {here['void'] or 'valid'}, the record says otherwise")
+    return found
+
+
 def write_record(folder: Path, record: Row, paths: Sequence[str | Path], pack: Path) -> Path:
     """Write ``submission.json``, a page ``score.md``, and a map of differences for each view."""
     path = folder / "submission.json"

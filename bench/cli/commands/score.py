@@ -19,6 +19,7 @@ from scenes.files import make_folder
 @click.option("--program", default="unnamed", help="Name and version of the program.")
 @click.option("--baseline", metavar="JSON", help="Record of blake; by default the published one.")
 @click.option("--diagnose", is_flag=True, help="Render likely mistakes from the pack's recipe.")
+@click.option("--check", metavar="JSON", help="A record whose pictures these are: is it true?")
 @click.option("-o", "folder", metavar="DIR", help="Folder for the record and its page.")
 @click.option("--json", "as_json", is_flag=True, help="The record on stdout.")
 def command(
@@ -31,6 +32,7 @@ def command(
     program: str,
     baseline: str | None,
     diagnose: bool,
+    check: str | None,
     folder: str | None,
     as_json: bool,
 ) -> None:
@@ -39,15 +41,22 @@ def command(
     Files named NAME.0001.exr are frames of the walk; another name is the still.
     """
     from bench.submissions.entry import (
+        check_again,
         judged,
         page,
         published_baseline,
+        read_submission,
         record_of,
         setting_row,
         views_of,
         write_record,
     )
 
+    if check is not None:
+        if wrong := check_again(read_submission(check, "--check"), paths, pack):
+            raise click.ClickException("; ".join(wrong))
+        click.echo(f"{check}: {len(paths)} pictures scored again, and the record is true")
+        return
     with output(as_json) as out:
         with progress_bar("step") as show:
             show(0, 1, "judging pictures")
