@@ -58,12 +58,8 @@ def read_geometry(scene):
             mine = which == row
             for prim in Usd.PrimRange(stage.GetPrimAtPath(path)):
                 _add(prim, places[mine], turn[mine], chains, meshes)
-    points, counts, tints = (
-        np.concatenate(each) if each else np.zeros(shape)
-        for each, shape in zip(
-            zip(*chains) if chains else ((), (), ()), ((0, 4), (0,), (0, 3)), strict=True
-        )
-    )
+    chains.append((np.zeros((0, 4)), np.zeros(0, np.int64), np.zeros((0, 3))))
+    points, counts, tints = (np.concatenate(each) for each in zip(*chains, strict=True))
     return Geometry(points.astype(np.float32), counts.astype(np.int64), tints, meshes)
 
 

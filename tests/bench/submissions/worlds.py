@@ -1,10 +1,11 @@
-"""A small rendered world, with its pictures of one mistake each, and pictures handed in."""
+"""A small rendered world as a target, and pictures of it that a program might hand in."""
 
 from dataclasses import replace
 
 import numpy as np
 
 from bench.methods.known_methods import culled_beyond
+from bench.submissions.mistakes import rendered_mistakes
 from bench.submissions.score import Target
 from lod.pruner import prune
 from scenes.frame.frame_input import display
@@ -15,100 +16,59 @@ from scenes.render.variants import choose
 from scenes.scene import Scene
 
 EDGES_M = 0.0, 20.0, 60.0, 200.0
-SIZE = "160x90"
-WORLDS = {
-    "crowd": ("crowd", ("air.visibility=1km",)),
-    "forest": ("forest", ("species.sward.density=0",)),
-}
-SUN_DEG = 2.0
+SIZE = 160, 90
+WORDS = "air.visibility=1km", "render.max_depth=3", "camera.speed=1.4"
+RECIPE = {"preset": "crowd", "settings": WORDS}
+REFERENCE_SPP, HANDED_SPP, PASSES = 64, 16, 16
 
 
-def scene_of(world, *more):
-    preset, settings = WORLDS[world]
-    words = (*settings, f"render.size={SIZE}", "render.max_depth=3", "camera.speed=1.4", *more)
-    return Scene(load_preset(preset, words))
-
-
-def made(scene, frame=1, change=lambda fields: fields, sees=lambda view: view):
-    """The input of a frame whose species are chosen by ``change``, and seen by ``sees``."""
-    variant = choose()
-    rest = scene.with_world(replace(scene.world, fields=())).input(frame, variant)
-    view = sees(scene.view(frame))
-    shown = [display(f, prune(f, view), view) for f in change(scene.world.fields)]
-    return replace(rest, displayed=(*rest.displayed, *shown))
+def scene_with(*more):
+    size = f"render.size={SIZE[0]}x{SIZE[1]}"
+    return Scene(load_preset("crowd", (*WORDS, size, *more)))
 
 
 def pictures(frame_input, spp, *seeds):
-    """Linear radiance of each seed, and the layers of the last."""
+    """Linear radiance of each seed, and the distances of the last."""
     stage = build_frame(frame_input)
     layers = [trace(stage, replace(frame_input.quality, spp=spp, seed=s)) for s in seeds]
-    return [each.rgb.astype(np.float64) for each in layers], layers[-1]
+    return [each.rgb.astype(np.float64) for each in layers], layers[-1].Z.astype(np.float64)
 
 
-def sun(scene, turn, lift):
-    light = scene.preset.light
-    azimuth, elevation = light.sun_azimuth + turn, light.sun_elevation + lift
-    return f"light.sun_azimuth={azimuth}", f"light.sun_elevation={elevation}"
+def target():
+    right = scene_with().input(1, choose())
+    halves, Z = pictures(right, REFERENCE_SPP, 100, 101)
+    shares = np.zeros((len(EDGES_M) + 1, *Z.shape))
+    stage = build_frame(right)
+    for k in range(PASSES):
+        met = trace(stage, replace(right.quality, spp=1, seed=200 + k)).Z
+        band = np.where(met < SKY_Z, np.digitize(met, EDGES_M[1:]), len(EDGES_M))
+        for number, share in enumerate(shares):
+            share += (band == number) / PASSES
+    wrong = rendered_mistakes(RECIPE, 1, SIZE)
+    return Target(tuple(halves), Z, shares, (*EDGES_M, float(SKY_Z)), wrong)
 
 
-def changed(world, cause, scene):
-    """The input of a frame with one mistake."""
-    match cause:
-        case "no haze":
-            return made(scene_of(world, "air.visibility=clear"))
-        case "sun azimuth +2":
-            return made(scene_of(world, *sun(scene, SUN_DEG, 0)))
-        case "sun elevation +2":
-            return made(scene_of(world, *sun(scene, 0, SUN_DEG)))
-        case "one frame late":
-            return made(scene, 2)
-        case "without things":
-            return made(scene, change=lambda fields: ())
-    name = cause.removeprefix("without ")
-    return made(scene, change=lambda fields: [f for f in fields if f.name != name])
-
-
-def causes(scene):
-    names = [f"without {f.name}" for f in scene.world.fields]
-    plain = "no haze", "sun azimuth +2", "sun elevation +2", "one frame late", "without things"
-    return (*plain, *names)
-
-
-def target(world, spp=64):
-    """The target of a world at 160x90."""
-    scene = scene_of(world)
-    halves, layers = pictures(made(scene), spp, 100, 101)
-    bare = {c: pictures(changed(world, c, scene), spp, 102)[0][0] for c in causes(scene)}
-    shares = np.zeros((len(EDGES_M) + 1, *layers.Z.shape))
-    stage = build_frame(made(scene))
-    passes = 16
-    for seed in range(passes):
-        Z = trace(stage, replace(made_quality(scene), spp=1, seed=200 + seed)).Z
-        band = np.where(Z < SKY_Z, np.digitize(Z, EDGES_M[1:]), len(EDGES_M))
-        for k in range(len(shares)):
-            shares[k] += (band == k) / passes
-
-    return Target(
-        tuple(halves), layers.Z.astype(float), shares, (*EDGES_M, float(SKY_Z)), bare, flip
-    )
-
-
-def made_quality(scene):
-    return scene.input(1, choose()).quality
-
-
-def handed_in(world, spp=16):
-    """Pictures of another program, rendered by itself: the right one, and ones with mistakes."""
-    scene = scene_of(world)
-    found = {}
-    found["right"], layers = pictures(made(scene), spp, 7)
-    for cause in causes(scene):
-        found[cause] = pictures(changed(world, cause, scene), spp, 8)[0]
-    found["sun both"] = pictures(made(scene_of(world, *sun(scene, -SUN_DEG, 0))), spp, 8)[0]
-    found["beyond 50 m"] = pictures(
-        made(scene, sees=lambda view: culled_beyond(view, 50.0)), spp, 9
-    )[0]
-    fov = scene.preset.camera.fov
-    found["fov"] = pictures(made(scene_of(world, f"camera.fov={fov * 1.01}")), spp, 10)[0]
-    found["8 px"] = pictures(made(scene_of(world, "view.detail=8")), spp, 11)[0]
-    return {k: v[0] for k, v in found.items()}, layers.Z.astype(float)
+def handed_in():
+    """Pictures by seeds of their own, by what was done: rendered right, or with a mistake."""
+    right = scene_with()
+    light, fov = right.preset.light, right.preset.camera.fov
+    kept = [f for f in right.world.fields if f.name != "tree"]
+    view = culled_beyond(right.view(1), 50.0)
+    near = [display(f, prune(f, view), view) for f in right.world.fields]
+    bare = right.with_world(replace(right.world, fields=())).input(1, choose())
+    inputs = {
+        "right": right.input(1, choose()),
+        "coarse": scene_with("view.detail=4").input(1, choose()),
+        "no haze": scene_with("air.visibility=clear").input(1, choose()),
+        "sun": scene_with(f"light.sun_azimuth={light.sun_azimuth - 2}").input(1, choose()),
+        "high sun": scene_with(f"light.sun_elevation={light.sun_elevation + 2}").input(1, choose()),
+        "late": right.input(2, choose()),
+        "fov": scene_with(f"camera.fov={fov * 1.01}").input(1, choose()),
+        "no tree": right.with_world(replace(right.world, fields=tuple(kept))).input(1, choose()),
+        "beyond 50 m": replace(bare, displayed=(*bare.displayed, *near)),
+        "nothing": bare,
+    }
+    found = {
+        name: pictures(each, HANDED_SPP, 7 + k) for k, (name, each) in enumerate(inputs.items())
+    }
+    return {name: rows[0] for name, (rows, _) in found.items()}, found["right"][1]
