@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
+from bench.packs.make import read_pack
 from bench.records.provenance import machine
 from bench.submissions.score import (
     Judged,
@@ -42,19 +43,6 @@ SUBMISSIONS = Path(__file__).resolve().parents[2] / "results" / "submissions"
 Row = dict[str, Any]
 
 
-def pack_of(folder: str | Path) -> Row:
-    """Read a pack's numbers. Raises InputError where there is none, or one of another format."""
-    path = Path(folder) / "pack.json"
-    try:
-        found: Row = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        rule, cure = "a folder with a whole pack.json", "`lodbench pack make` makes one"
-        raise InputError("--pack", str(folder), rule, cure) from None
-    if found.get("format") != 1:
-        raise InputError("--pack", found.get("format"), "a pack of format 1", "make it anew")
-    return found
-
-
 def pack_digest(folder: str | Path) -> str:
     """Return the SHA-256 of a pack's numbers, which hold those of its references."""
     return hashlib.sha256((Path(folder) / "pack.json").read_bytes()).hexdigest()
@@ -66,7 +54,7 @@ def target_of(folder: str | Path, view: str = STILL, variants: bool = False) -> 
     ``variants`` has the mistakes that need rendering rendered, from the pack's recipe.
     Raises InputError for a view that the pack has no reference of.
     """
-    pack = pack_of(folder)
+    pack = read_pack(Path(folder))
     name = view if view == STILL else f"walk.{view}"
     path = Path(folder) / "reference" / f"{name}.exr"
     if not path.is_file():
@@ -165,7 +153,7 @@ def record_of(
     return {
         "format": FORMAT,
         "what": "a submission to lodbench",
-        "pack": pack_of(pack)["pack"],
+        "pack": read_pack(Path(pack))["pack"],
         "pack_sha256": pack_digest(pack),
         "who": who,
         "program": program,
@@ -209,7 +197,7 @@ def published_baseline(pack: str | Path, path: str | None = None) -> Row | None:
     None where none is published. Raises InputError for one of another pack.
     """
     if path is None:
-        usual = SUBMISSIONS / f"blake-{pack_of(pack)['pack']}.json"
+        usual = SUBMISSIONS / f"blake-{read_pack(Path(pack))['pack']}.json"
         if not usual.is_file() or read_submission(usual)["pack_sha256"] != pack_digest(pack):
             return None
         path = str(usual)

@@ -6,16 +6,28 @@ from typing import Any
 
 import numpy as np
 
-from scenes.presets.load import load_preset
+from bench.packs.content import Content, load_content
+from lod.camera import Camera
+from scenes.frame.frame_input import FrameInput
 from scenes.render.render import render_frame
-from scenes.render.variants import choose
-from scenes.scene import Scene
 
 SAMPLES = 16
 """Samples of a pixel of these pictures: their noise hardly biases a fit over a whole picture."""
 
 SUN_DEG = 2
 SEED = 1_000_003
+
+
+def content_of(recipe: Mapping[str, Any], size: tuple[int, int], *more: str) -> Content:
+    """Make a pack's world from its recipe, with other settings laid over."""
+    settings: list[Any] = [*recipe["settings"], *more]
+    return load_content(recipe["preset"], tuple(settings), size)
+
+
+def camera_of(content: Content, frame: int) -> Camera:
+    """Return the camera of a frame of the walk, from 1, which is the still's, at its size."""
+    made = content.made.camera
+    return replace(content.camera(frame), width=made.width, height=made.height)
 
 
 def rendered_mistakes(
@@ -25,31 +37,28 @@ def rendered_mistakes(
 
     size   width and height [px]
     """
-    variant = choose()
-
-    def scene_with(*more: str) -> Scene:
-        words = (*recipe["settings"], f"render.size={size[0]}x{size[1]}", *more)
-        return Scene(load_preset(recipe["preset"], words))
-
-    right = scene_with()
-    light, fields = right.preset.light, right.world.fields
+    right = content_of(recipe, size)
+    light, ground = right.scene.preset.light, right.made.displayed[0]
     turned = f"light.sun_azimuth={light.sun_azimuth + SUN_DEG}"
     lifted = f"light.sun_elevation={light.sun_elevation + SUN_DEG}"
 
-    def without(name: str) -> Scene:
-        kept = tuple(each for each in fields if name not in ("things", each.name))
-        return right.with_world(replace(right.world, fields=kept))
+    def without(name: str) -> FrameInput:
+        return replace(
+            right.made, displayed=tuple(d for d in right.made.displayed if d.name != name)
+        )
 
     wrong = {
-        "no haze": (scene_with("air.visibility=clear"), frame),
-        f"sun azimuth +{SUN_DEG}°": (scene_with(turned), frame),
-        f"sun elevation +{SUN_DEG}°": (scene_with(lifted), frame),
-        "one frame late": (right, frame + 1),
-        **{f"without {n}": (without(n), frame) for n in ("things", *(f.name for f in fields))},
+        "no haze": content_of(recipe, size, "air.visibility=clear").made,
+        f"sun azimuth +{SUN_DEG}°": content_of(recipe, size, turned).made,
+        f"sun elevation +{SUN_DEG}°": content_of(recipe, size, lifted).made,
+        "one frame late": replace(right.made, camera=camera_of(right, frame + 1)),
+        "without things": replace(right.made, displayed=(ground,)),
+        **{f"without {each.name}": without(each.name) for each in right.made.displayed[1:]},
     }
     made = {}
-    for cause, (scene, number) in wrong.items():
-        found = scene.input(number, variant)
+    for cause, found in wrong.items():
+        camera = found.camera if cause == "one frame late" else camera_of(right, frame)
         quality = replace(found.quality, spp=SAMPLES, seed=SEED)
-        made[cause] = render_frame(replace(found, quality=quality)).rgb.astype(np.float64)
+        layers = render_frame(replace(found, camera=camera, quality=quality))
+        made[cause] = layers.rgb.astype(np.float64)
     return made

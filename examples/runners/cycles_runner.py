@@ -37,7 +37,7 @@ def main():
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene = bpy.context.scene
     haze = Haze(numbers, pack.read_exr(folder / numbers["light"]["sky"]["airlight"]))
-    add_light(scene, numbers, pack.read_exr(folder / numbers["light"]["sky"]["latlong"]), haze)
+    add_light(scene, numbers, pack.sky_from_north(folder, numbers), haze)
     add_camera(scene, camera)
     material = hazy_matte(haze)
     for mesh in geometry.meshes:
@@ -177,8 +177,8 @@ def add_light(scene, numbers, sky, haze):
     tree = scene.world.node_tree
     background = next(each for each in tree.nodes if each.type == "BACKGROUND")
     texture = tree.nodes.new("ShaderNodeTexEnvironment")
-    texture.image = image_of("sky", sky)
-    # "Generated" is the direction of the ray; columns fall from west by north to east.
+    # Blender's maps begin in the west and turn by north to the east.
+    texture.image = image_of("sky", np.roll(sky, sky.shape[1] // 4, axis=1))
     direction = tree.nodes.new("ShaderNodeTexCoord").outputs["Generated"]
     apart = node(tree, "ShaderNodeSeparateXYZ", direction)
     low = maths(tree, "LESS_THAN", apart.outputs["Z"], haze.horizon)

@@ -138,14 +138,20 @@ def directions_of(camera, width, height):
 
 def sky_from_north(folder, numbers):
     """Return the sky, (h, w, 3): rows from the zenith, columns clockwise from north (+y)."""
-    sky = read_exr(Path(folder) / numbers["light"]["sky"]["latlong"])
-    return np.roll(sky, -sky.shape[1] // 4, axis=1)  # the pack's first column is west
+    return read_exr(Path(folder) / numbers["light"]["sky"]["latlong"])
 
 
 def averaged(picture, k):
     """Return means of squares of k by k pixels: a box filter of one pixel."""
     h, w = picture.shape[0] // k, picture.shape[1] // k
     return picture.reshape(h, k, w, k, -1).mean(axis=(1, 3))
+
+
+def one_of_each(plane, k, seed):
+    """Return one sample of each pixel's k by k, chosen by chance: no corner is preferred."""
+    h, w = plane.shape[0] // k, plane.shape[1] // k
+    rows, columns = np.random.default_rng(seed).integers(0, k, (2, h, w))
+    return plane[np.arange(h)[:, None] * k + rows, np.arange(w) * k + columns]
 
 
 def read_exr(path):

@@ -98,14 +98,15 @@ def _run_program(
     repeats: int | None,
     **rest: Any,
 ) -> None:
-    from bench.submissions.entry import pack_of, page
+    from bench.packs.make import read_pack
+    from bench.submissions.entry import page
     from bench.submissions.executable import NAMES, run_program, words_of
 
     if named != ("methods",):
         raise InputError("--command", " ".join(named), "a program enters `run methods` alone")
     if pack is None:
         raise InputError("--command", "alone", "it renders a pack", "add --pack DIR")
-    pack_of(pack)
+    read_pack(Path(pack))
     try:
         knob = sorted({float(each) for each in (settings or "1").split(",")})
     except ValueError:

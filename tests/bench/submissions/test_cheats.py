@@ -51,6 +51,7 @@ MISTAKES = {
     "sun": (lambda p, t: p["sun"], True, "sun azimuth"),
     "high sun": (lambda p, t: p["high sun"], True, "sun elevation"),
     "missing species": (lambda p, t: p["no tree"], True, "without tree"),
+    "another missing": (lambda p, t: p["no figure"], True, "without figure"),
     "one frame late": (lambda p, t: p["late"], True, "one frame late"),
     "NaNs": (lambda p, t: with_nans(p["right"]), True, "NaNs"),
     "8 bit": (lambda p, t: eight_bit(p["right"]), False, "8 bit"),
