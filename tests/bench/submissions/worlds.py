@@ -66,8 +66,6 @@ def handed_in():
         "fov": content_of(RECIPE, SIZE, f"camera.fov={fov * 1.01}").made,
         "no tree": without("tree"),
         "no figure": without("figure"),
-            right, displayed=tuple(d for d in right.displayed if d.name != "figure")
-        ),
         "beyond 50 m": cut(culled_beyond(content.view, 50.0)),
         "nothing": replace(right, displayed=(ground,)),
     }
