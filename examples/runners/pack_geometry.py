@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from pxr import Usd, UsdGeom
 
 
 @dataclass
@@ -35,19 +34,41 @@ def read_numbers(folder):
 
 def read_geometry(scene):
     """Read ``geometry.usdc`` beside a pack's scene, every copy where it stands."""
+    chains, meshes = [(np.zeros((0, 4)), np.zeros(0, np.int64), np.zeros((0, 3)))], []
+    for prims, places, turn in placed(scene):
+        for prim in prims:
+            _add(prim, places, turn, chains, meshes)
+    return _geometry(chains, meshes)
+
+
+def read_models(scene):
+    """Yield each model in its own coordinates, with where its copies stand and are turned.
+
+    places (n, 3), turn (n, 2) as cosine and sine about the vertical.
+    """
+    for prims, places, turn in placed(scene):
+        chains, meshes = [(np.zeros((0, 4)), np.zeros(0, np.int64), np.zeros((0, 3)))], []
+        for prim in prims:
+            _add(prim, np.zeros((1, 3)), np.array([[1.0, 0.0]]), chains, meshes)
+        yield _geometry(chains, meshes), places, turn
+
+
+def _geometry(chains, meshes):
+    points, counts, tints = (np.concatenate(each) for each in zip(*chains, strict=True))
+    return Geometry(points.astype(np.float32), counts.astype(np.int64), tints, meshes)
+
+
+def placed(scene):
+    """Yield the prims of each model, and where its copies stand; what is no copy stands once."""
+    from pxr import Usd, UsdGeom
+
     stage = Usd.Stage.Open(str(Path(scene).parent / "geometry.usdc"))
-    chains, meshes = [], []
-    alone, shelves = [], {}
-    for prim in stage.Traverse():
-        if prim.IsA(UsdGeom.PointInstancer):
-            shelves[prim.GetPath()] = UsdGeom.PointInstancer(prim)
-    below = [str(path) + "/" for path in shelves]
-    for prim in stage.Traverse():
-        if not str(prim.GetPath()).startswith(tuple(below)):
-            alone.append(prim)
-    for prim in alone:
-        _add(prim, np.zeros((1, 3)), np.array([[1.0, 0.0]]), chains, meshes)
-    for instancer in shelves.values():
+    every = list(stage.Traverse())
+    shelves = [UsdGeom.PointInstancer(p) for p in every if p.IsA(UsdGeom.PointInstancer)]
+    below = tuple(f"{each.GetPath()}/" for each in shelves)
+    alone = [prim for prim in every if not str(prim.GetPath()).startswith(below)]
+    yield alone, np.zeros((1, 3)), np.array([[1.0, 0.0]])
+    for instancer in shelves:
         which = np.array(instancer.GetProtoIndicesAttr().Get())
         places = np.array(instancer.GetPositionsAttr().Get(), np.float64)
         turns = instancer.GetOrientationsfAttr().Get() or instancer.GetOrientationsAttr().Get()
@@ -56,11 +77,7 @@ def read_geometry(scene):
         turn = np.stack([half[:, 0] ** 2 - half[:, 1] ** 2, 2 * half[:, 0] * half[:, 1]], axis=1)
         for row, path in enumerate(instancer.GetPrototypesRel().GetTargets()):
             mine = which == row
-            for prim in Usd.PrimRange(stage.GetPrimAtPath(path)):
-                _add(prim, places[mine], turn[mine], chains, meshes)
-    chains.append((np.zeros((0, 4)), np.zeros(0, np.int64), np.zeros((0, 3))))
-    points, counts, tints = (np.concatenate(each) for each in zip(*chains, strict=True))
-    return Geometry(points.astype(np.float32), counts.astype(np.int64), tints, meshes)
+            yield list(Usd.PrimRange(stage.GetPrimAtPath(path))), places[mine], turn[mine]
 
 
 def _moved(vectors, places, turn):
@@ -72,6 +89,8 @@ def _moved(vectors, places, turn):
 
 
 def _add(prim, places, turn, chains, meshes):
+    from pxr import UsdGeom
+
     copies = len(places)
     if not copies:
         return
@@ -163,11 +182,12 @@ def read_exr(path):
         return np.stack([channels[c].pixels for c in "RGB"], axis=2).astype(np.float64)
 
 
-def write_exr(path, picture, Z):
-    """Write an entry: R G B and Z as floats."""
+def write_exr(path, picture, Z=None):
+    """Write an entry: R G B, and Z where it is known, as floats."""
     import OpenEXR
 
     planes = {c: np.ascontiguousarray(picture[..., k], np.float32) for k, c in enumerate("RGB")}
-    planes["Z"] = np.ascontiguousarray(Z, np.float32)
+    if Z is not None:
+        planes["Z"] = np.ascontiguousarray(Z, np.float32)
     header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
     OpenEXR.File(header, planes).write(str(path))
