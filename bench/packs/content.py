@@ -23,7 +23,7 @@ from lod.shapes import Appearance, Instanced
 from lod.view import View
 from scenes.field.species_field import SpeciesField
 from scenes.frame.frame_input import FrameInput, display, display_whole
-from scenes.presets.load import Setting, load_preset
+from scenes.presets.load import load_preset
 from scenes.render.description import Copies, Description, describe_frame
 from scenes.render.variants import choose
 from scenes.scene import Scene, frame_quality
@@ -89,7 +89,7 @@ WORLDS = {
 """The worlds by the first word of a pack's name."""
 
 
-def settings_of(name: str) -> tuple[str, tuple[Setting, ...]]:
+def settings_of(name: str) -> tuple[str, tuple[str, ...]]:
     """Return the preset of a pack and its settings. Raises InputError for no name of one."""
     word, _, size = name.partition("-")
     if word not in WORLDS or size not in SIZES:
@@ -228,7 +228,7 @@ def _shapes_key(shapes: list[tuple[Description, np.ndarray]]) -> str:
     return digest.hexdigest()
 
 
-def load_content(preset: str, settings: tuple[Setting, ...], size: tuple[int, int]) -> Content:
+def load_content(preset: str, settings: tuple[str, ...], size: tuple[int, int]) -> Content:
     """Make the world of a pack. Raises InputError where something in it moves."""
     scene = Scene(load_preset(preset, (*settings, f"render.size={size[0]}x{size[1]}")))
     view, bare = scene.view(1), replace(scene.world.terrain, aggregate_cover=None)

@@ -35,7 +35,7 @@ def render_reference(
     passes = max(1, spp // (2 * PASS))
     of_pass = min(PASS, max(1, spp // 2))
     sums = np.zeros((2, *reversed(built.scene.description["camera"]["size"]), 3))
-    shown, bands, covered, convergence = [], [], np.zeros(0), []
+    Z, bands, covered, convergence = np.zeros((0, 0)), [], np.zeros(0), []
     for k in range(passes):
         for half, first in enumerate(HALVES):
             layers = trace(built, replace(quality, spp=of_pass), first + k)
@@ -44,14 +44,14 @@ def render_reference(
             shares = which[..., None] == np.arange(len(EDGES_M))
             covered = shares + (covered if covered.size else 0.0)
             bands.append(_by_band(layers.rgb @ LUMINANCE, shares))
-            shown.append(layers.Z) if not shown else None
+            Z = Z if Z.size else layers.Z
         done = k + 1
         if done & (done - 1) == 0 or done == passes:
             pair = sums / done
             found = errors_between(pair[0], pair[1])
             convergence.append({"spp": of_pass * done, **found})
     pair = sums / passes
-    mean, Z = pair.mean(axis=0), shown[0]
+    mean = pair.mean(axis=0)
     colour = np.float16 if half_floats else np.float32
     channels = {name: mean[..., i].astype(colour) for i, name in enumerate("RGB")}
     channels["Z"] = Z.astype(np.float32)

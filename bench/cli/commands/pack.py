@@ -59,3 +59,40 @@ def make_command(
             f"{found['triangles']:,} triangles; noise of the reference: FLIP "
             f"{still['noise']['flip']:.4f}"
         )
+
+
+@command.command("render", cls=StrictCommand)
+@click.argument("folder", metavar="DIR")
+@click.option("--kept", required=True, metavar="FILE", help="Parts that a method keeps.")
+@click.option("-o", "path", required=True, metavar="OUT.exr", help="The picture: R, G, B and Z.")
+@click.option("--frame", type=click.IntRange(1, 24), help="Of the walk; the still without it.")
+@click.option("--spp", type=click.IntRange(1, 2**16), default=64, show_default=True, metavar="N")
+@click.option("--seed", type=click.IntRange(0, 2**31), default=0, show_default=True, metavar="N")
+@click.option("--overwrite", is_flag=True, help="Replace a file that is there.")
+@_JSON
+def render_command(
+    folder: str,
+    kept: str,
+    path: str,
+    frame: int | None,
+    spp: int,
+    seed: int,
+    overwrite: bool,
+    as_json: bool,
+) -> None:
+    """Render the parts of a pack that a method in another language kept."""
+    from bench.packs.kept import render_kept
+    from scenes.files import check_free, check_name, whole_file
+    from scenes.render.exr.layer_file import write_channels
+
+    check_name(path)
+    check_free(path, overwrite)
+    make_folder(Path(path).parent)
+    with output(as_json) as out:
+        tell_first_run()
+        layers, counts = render_kept(Path(folder), Path(kept), frame or 0, spp, seed)
+        channels = {name: layers.rgb[..., k] for k, name in enumerate("RGB")}
+        with whole_file(path, overwrite) as temporary:
+            write_channels(temporary, {**channels, "Z": layers.Z})
+        out.record({"path": path, **counts, "seconds": layers.seconds})
+        out.say(f"{path}: {counts['parts']:,} parts, {counts['sticks']:,} sticks")
