@@ -10,6 +10,7 @@ pyluxcore, usd-core, NumPy and OpenEXR.
 
 import argparse
 import json
+import os
 import pickle
 import subprocess
 import sys
@@ -41,7 +42,9 @@ def main():
     read = time.perf_counter()
     width, height = (k * n for n in camera["size"])
     with tempfile.TemporaryDirectory() as place:
-        pack.write_exr(Path(place) / "sky.exr", pack.sky_from_north(folder, numbers))
+        # LuxCore's maps begin in the east and turn by north to the west.
+        sky = pack.sky_from_north(folder, numbers)[:, ::-1]
+        pack.write_exr(Path(place) / "sky.exr", np.roll(sky, sky.shape[1] // 4, axis=1))
         given = numbers, camera, models, width, height, asked.seed
         (Path(place) / "given").write_bytes(pickle.dumps(given))
         # A process of its own: pyluxcore's allocator does not bear libraries that came before it.
@@ -80,6 +83,7 @@ def render(place):
     Z = output(film, pyluxcore.FilmOutputType.DEPTH, (height, width))
     session.Stop()
     np.savez(place / "made.npz", clear=clear, Z=Z, build_s=build_s)
+    os._exit(0)  # the library may crash where it is taken down
 
 
 def output(film, kind, shape):
@@ -126,9 +130,6 @@ def build(numbers, camera, models, place):
 
     scene = pyluxcore.Scene()
     eye, forward, up = (np.array(camera[name], np.float64) for name in ("eye", "forward", "up"))
-    width, height = camera["size"]
-    across = np.tan(np.radians(camera["fov_deg"]) / 2)
-    narrow = across * min(1, height / width)
     light = numbers["light"]
     parse(
         scene,
@@ -137,7 +138,7 @@ def build(numbers, camera, models, place):
             "scene.camera.lookat.orig": eye.tolist(),
             "scene.camera.lookat.target": (eye + forward).tolist(),
             "scene.camera.up": up.tolist(),
-            "scene.camera.fieldofview": float(np.degrees(2 * np.arctan(narrow))),
+            "scene.camera.fieldofview": camera["fov_deg"],
             "scene.camera.cliphither": camera.get("near_m", 0.05),
             "scene.camera.clipyon": camera.get("far_m", 1e7),
             "scene.camera.autovolume.enable": 0,
@@ -149,7 +150,6 @@ def build(numbers, camera, models, place):
             "scene.lights.sky.gamma": 1.0,
             "scene.lights.sky.colorspace": "nop",
             "scene.lights.sky.storage": "float",
-            "scene.lights.sky.transformation": SKY,
             "scene.textures.albedo.type": "hitpointcolor",
             "scene.materials.matte.type": "matte",
             "scene.materials.matte.kd": "albedo",
@@ -159,15 +159,10 @@ def build(numbers, camera, models, place):
         meshes = [*geometry.meshes, *([capsules(geometry)] if len(geometry.counts) else [])]
         for part, (vertices, faces, normals, colours) in enumerate(meshes):
             name = f"m{number}p{part}"
-            scene.DefineMesh(
-                name,
-                vertices.tolist(),
-                faces.astype(int).tolist(),
-                normals.tolist(),
-                None,
-                np.asarray(colours, np.float64).tolist(),
-                None,
-            )
+            rows = vertices.tolist(), faces.astype(int).tolist(), normals.tolist()
+            rows = *rows, None, np.asarray(colours, np.float64).tolist(), None
+            columns = (None if each is None else list(map(tuple, each)) for each in rows)
+            scene.DefineMesh(name, *columns)
             for copy, (at, (cos, sin)) in enumerate(zip(places, turn, strict=True)):
                 # Columns of the matrix, one after another.
                 matrix = [cos, sin, 0, 0, -sin, cos, 0, 0, 0, 0, 1, 0, *at, 1]
@@ -177,9 +172,6 @@ def build(numbers, camera, models, place):
                     rows[f"{lead}.transformation"] = [float(each) for each in matrix]
                 parse(scene, rows)
     return scene
-
-
-SKY = [1.0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]
 
 
 def parse(scene, rows):
