@@ -22,7 +22,7 @@ Row = dict[str, Any]
 
 HEADS = (
     *("pack", "program", "who", "score", "note", "valid", "flip", "land", "coverage"),
-    *("seconds", "cpu seconds", "MB", "timing", "machine", "cores", "date", "history"),
+    *("seconds", "cpu seconds", "MB", "timing", "machine", "cores", "load", "date", "history"),
 )
 
 _STYLE = """
@@ -69,8 +69,8 @@ def table_rows(records: Sequence[Row]) -> list[tuple[str, ...]]:
                 *(_cell(_mean(p[name] for p in shown)) for name in ("flip", "land", "coverage")),
                 *(_cell(_median(r.get(name) for r in runs)) for name in ("seconds", "cpu_seconds")),
                 _cell((_median(r.get("peak_bytes") for r in runs) or math.nan) / 1e6),
-                *(record["timing"], machine["cpu"], str(machine["cores"]), record["date"]),
-                _history(series),
+                *(record["timing"], machine["cpu"], str(machine["cores"])),
+                *(_cell(machine.get("load")), record["date"], _history(series)),
             )
         )
     return sorted(found, key=lambda row: (row[0], float(row[3]) if row[3] else math.inf))

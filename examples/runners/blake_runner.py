@@ -35,7 +35,7 @@ def main():
     recipe = json.loads((Path(asked.pack) / "recipe.json").read_text())
     content = load_content(recipe["preset"], tuple(recipe["settings"]), tuple(recipe["size"]))
     made = time.perf_counter()
-    view = replace(content.view, detail=asked.knob, conditions=None)
+    view = replace(content.view, detail=asked.knob)
     shown = tuple(display(f, prune(f, view), view) for f in content.scene.world.fields)
     quality = replace(content.made.quality, spp=SAMPLES, seed=asked.seed)
     displayed = (content.made.displayed[0], *shown)
