@@ -70,7 +70,7 @@ def render(place):
     pyluxcore.Init(lambda words: None)
     numbers, camera, models, width, height, seed = pickle.loads((place / "given").read_bytes())
     start = time.perf_counter()
-    scene = build(numbers, camera, models, place)
+    scene = build(numbers, camera, models, (width, height), place)
     config = pyluxcore.RenderConfig(settings(numbers, width, height, seed), scene)
     session = pyluxcore.RenderSession(config)
     build_s = time.perf_counter() - start
@@ -124,13 +124,16 @@ def settings(numbers, width, height, seed):
     return made
 
 
-def build(numbers, camera, models, place):
+def build(numbers, camera, models, size, place):
     """Make the scene: camera, sun and sky, models and their copies."""
     import pyluxcore
 
     scene = pyluxcore.Scene()
     eye, forward, up = (np.array(camera[name], np.float64) for name in ("eye", "forward", "up"))
     light = numbers["light"]
+    width, height = size
+    high = height / width
+    lower = 2 * high / height
     parse(
         scene,
         {
@@ -139,6 +142,8 @@ def build(numbers, camera, models, place):
             "scene.camera.lookat.target": (eye + forward).tolist(),
             "scene.camera.up": up.tolist(),
             "scene.camera.fieldofview": camera["fov_deg"],
+            # Its rows are counted from below, and stand one sample too low: look as much lower.
+            "scene.camera.screenwindow": [-1.0, 1.0, -high - lower, high - lower],
             "scene.camera.cliphither": camera.get("near_m", 0.05),
             "scene.camera.clipyon": camera.get("far_m", 1e7),
             "scene.camera.autovolume.enable": 0,
