@@ -15,7 +15,7 @@ import numpy as np
 
 from bench.experiment import Progress
 from bench.images.differences import BAND_EDGES_M
-from bench.packs import hierarchy, pbrt, usd
+from bench.packs import part_file, pbrt, usd
 from bench.packs.content import WALK_FRAMES, WALK_SIZE, Content, load_content, settings_of
 from bench.packs.reference import render_reference
 from lod.air import rgb_extinction
@@ -144,8 +144,8 @@ def _files(content: Content, light: dict[str, Any], plain: dict[str, Any]) -> It
     for name, camera in cameras.items():
         text = pbrt.camera_text(camera, light["sun_irradiance"], light["to_sun"])
         yield f"{name}.pbrt", lambda path, text=text: write_text(path, text)  # type: ignore[misc]
-    tables = hierarchy.hierarchy_tables
-    yield "parts.bin", _whole(lambda path: hierarchy.write_tables(path, tables(content)))
+    tables = part_file.hierarchy_tables
+    yield "parts.bin", _whole(lambda path: part_file.write_tables(path, tables(content)))
     yield "LICENSE", lambda path: write_text(path, LICENSE)
 
 

@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bench.methods.environments import CYCLES
-from bench.packs import hierarchy, make, pbrt
+from bench.packs import make, part_file, pbrt
 from bench.packs.content import SIZES, WORLDS, settings_of
 from bench.packs.kept import read_kept
 from bench.packs.reference import errors_between
@@ -80,7 +80,7 @@ def small_tables() -> dict[str, np.ndarray]:
     """Two copies of a model of three parts, one below the other, which does not thin out."""
     tables = {
         name: np.zeros(n, kind)
-        for (name, kind), n in zip(hierarchy.TABLES.items(), (1, 3, 0, 0, 0, 2), strict=True)
+        for (name, kind), n in zip(part_file.TABLES.items(), (1, 3, 0, 0, 0, 2), strict=True)
     }
     tables["models"]["parts"], tables["parts"]["parent"] = 3, (-1, 0, 1)
     tables["instances"]["first"] = (0, 3)
@@ -89,12 +89,12 @@ def small_tables() -> dict[str, np.ndarray]:
 
 def test_a_hierarchy_reads_back_and_one_cut_short_is_refused(tmp_path: Path) -> None:
     path, tables = tmp_path / "parts.bin", small_tables()
-    hierarchy.write_tables(path, tables)
-    for name, table in hierarchy.read_tables(path).items():
+    part_file.write_tables(path, tables)
+    for name, table in part_file.read_tables(path).items():
         assert np.array_equal(table, tables[name]), name
     path.write_bytes(path.read_bytes()[:-1])
     with pytest.raises(InputError, match="whole"):
-        hierarchy.read_tables(path)
+        part_file.read_tables(path)
 
 
 @pytest.mark.parametrize(
@@ -115,7 +115,7 @@ def test_what_cannot_have_been_kept_is_refused(tmp_path: Path, rows: list, rule:
     path.write_bytes(
         b"nothing"
         if rows is None
-        else hierarchy.KEPT_MAGIC + np.array(rows, hierarchy.KEPT).tobytes()
+        else part_file.KEPT_MAGIC + np.array(rows, part_file.KEPT).tobytes()
     )
     with pytest.raises(InputError, match=rule):
         read_kept(path, small_tables())
@@ -123,11 +123,11 @@ def test_what_cannot_have_been_kept_is_refused(tmp_path: Path, rows: list, rule:
 
 def test_kept_parts_read_back(tmp_path: Path) -> None:
     path = tmp_path / "kept.bin"
-    rows = np.array([(0, 1), (3, 1), (4, 1), (5, 1)], hierarchy.KEPT)
-    path.write_bytes(hierarchy.KEPT_MAGIC + rows.tobytes())
+    rows = np.array([(0, 1), (3, 1), (4, 1), (5, 1)], part_file.KEPT)
+    path.write_bytes(part_file.KEPT_MAGIC + rows.tobytes())
     part, width = read_kept(path, small_tables())
     assert part.tolist() == [0, 3, 4, 5] and width.tolist() == [1, 1, 1, 1]
-    path.write_bytes(hierarchy.KEPT_MAGIC)  # a method may keep nothing
+    path.write_bytes(part_file.KEPT_MAGIC)  # a method may keep nothing
     assert not len(read_kept(path, small_tables())[0])
 
 
