@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 
 from bench.packs.content import Content, load_content, whole_view
-from bench.packs.hierarchy import KEPT, KEPT_MAGIC, read_tables
 from bench.packs.make import RECIPE, read_pack
+from bench.packs.part_file import KEPT, KEPT_MAGIC, read_tables
 from lod.arrays import Ints, Reals
 from lod.crossfade import cross_fade, view_angles
 from lod.errors import InputError

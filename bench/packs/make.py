@@ -15,7 +15,7 @@ import numpy as np
 
 from bench.experiment import Progress
 from bench.images.differences import BAND_EDGES_M
-from bench.packs import hierarchy, pbrt, usd
+from bench.packs import part_file, pbrt, usd
 from bench.packs.content import WALK_FRAMES, WALK_SIZE, Content, load_content, settings_of
 from bench.packs.reference import render_reference
 from lod.air import rgb_extinction
@@ -34,7 +34,7 @@ FORMAT = 1
 RECIPE, PACK, SUMS = "recipe.json", "pack.json", "SHA256SUMS"
 STILL = "reference/still.exr"
 
-SKY_ROWS, SKY_SIDE, SKY_AA = 256, 512, 4
+SKY_ROWS, SKY_SIDE, SKY_AA = 256, 256, 4
 """Rows of the picture of the sky by latitude; the side of the one of equal areas; and directions
 along each side of a pixel, of which it is the mean."""
 
@@ -125,9 +125,9 @@ def _files(content: Content, light: dict[str, Any], plain: dict[str, Any]) -> It
     sky = content.description["light"]
     notes = {"software": software(), "pack": plain["pack"], "haze": _json(_haze(content))}
 
-    def exr(name: str, picture: Callable[[], np.ndarray]) -> Step:
+    def exr(name: str, picture: Callable[[], np.ndarray], kind: Any = np.float32) -> Step:
         def write(path: Path) -> None:
-            made = picture().astype(np.float32)
+            made = picture().astype(kind)
             write_channels(path, {c: made[..., k] for k, c in enumerate("RGB")})
 
         return name, _whole(write)
@@ -135,7 +135,7 @@ def _files(content: Content, light: dict[str, Any], plain: dict[str, Any]) -> It
     yield exr("sky/latlong.exr", lambda: _sky(sky, _latlong))
     yield exr("sky/equalarea.exr", lambda: _sky(sky, _equal_area))
     yield exr("sky/airlight.exr", lambda: _airlight(sky))
-    yield exr(pbrt.ATLAS, lambda: pbrt.ground_atlas(content.ground))
+    yield exr(pbrt.ATLAS, lambda: pbrt.ground_atlas(content.ground), np.float16)
     yield "geometry.usdc", _whole(lambda path: usd.write_geometry(path, content))
     yield "scene.usda", _whole(lambda path: usd.write_scene(path, content, light, notes))
     yield "geometry.pbrt.gz", _whole(lambda path: pbrt.write_geometry(path, content))
@@ -144,8 +144,8 @@ def _files(content: Content, light: dict[str, Any], plain: dict[str, Any]) -> It
     for name, camera in cameras.items():
         text = pbrt.camera_text(camera, light["sun_irradiance"], light["to_sun"])
         yield f"{name}.pbrt", lambda path, text=text: write_text(path, text)  # type: ignore[misc]
-    tables = hierarchy.hierarchy_tables
-    yield "parts.bin", _whole(lambda path: hierarchy.write_tables(path, tables(content)))
+    tables = part_file.hierarchy_tables
+    yield "parts.bin", _whole(lambda path: part_file.write_tables(path, tables(content)))
     yield "LICENSE", lambda path: write_text(path, LICENSE)
 
 

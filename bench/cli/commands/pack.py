@@ -23,7 +23,7 @@ _JSON = click.option("--json", "as_json", is_flag=True, help="One JSON object on
 @click.option("-o", "folder", required=True, metavar="DIR", help="Folder of the pack.")
 @click.option("--walk", is_flag=True, help="References of all 24 frames of the walk, too.")
 @click.option("--size", metavar="WxH", default="640x360", show_default=True, help="Of the still.")
-@click.option("--spp", type=click.IntRange(2, 2**16), default=512, show_default=True, metavar="N")
+@click.option("--spp", type=click.IntRange(1, 2**16), default=512, show_default=True, metavar="N")
 @memory_flag
 @_JSON
 def make_command(
