@@ -1,6 +1,6 @@
 # Needs Python 3.11 or newer, make and a network; everything else goes into .venv.
 .DEFAULT_GOAL := help
-.PHONY: help bench test slow docs lint format lock clean
+.PHONY: help bench test slow docs site lint format lock clean
 
 # Tried by running them: a version manager's stub can be on the PATH and still not start.
 PYTHON ?= $(shell for p in python3.11 python3; do \
@@ -15,6 +15,7 @@ help:
 	@echo "make test     set up, run the tests"
 	@echo "make slow     the tests that take minutes"
 	@echo "make docs     the manual, as pages in $(OUT)/docs"
+	@echo "make site     results/submissions as a page that sorts, and a CSV"
 	@echo "make lint     ruff, mypy and the list of words;  make format  puts the style right"
 	@echo "make lock     write requirements.lock anew (LOCK_ARGS=--upgrade for newer versions)"
 	@echo "make clean    remove .venv, $(OUT) and caches"
@@ -47,6 +48,9 @@ docs: $(READY)
 	$(BIN)/python docs/write_notebook.py
 	$(BIN)/sphinx-build --quiet --nitpicky --fail-on-warning --keep-going -c docs . $(OUT)/docs
 	@echo "manual  $(OUT)/docs/docs/index.html"
+
+site: $(READY)
+	$(BIN)/python -m bench.submissions.site results/submissions '$(OUT)/site'
 
 lint: $(READY)
 	$(BIN)/ruff check .

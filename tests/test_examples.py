@@ -32,9 +32,10 @@ NOT_RUN = {
     "docs/first-steps.md": "make, which CI runs itself",
     "docs/extend.md": "copies into the package; tests of species and animals write their own",
     "docs/experiments.md": "R, which tests do not install",
-    "docs/submit.md": "takes hours; test_compare_runs.py compares smaller runs",
+    "docs/submit.md": "takes hours, or a renderer; test_compare_runs.py, tests/bench/submissions",
     "docs/exr.md": "oiiotool, which a test of its own runs",
     "docs/observers.md": "renders for an hour; tests/bench/observers makes smaller experiments",
+    "docs/packs.md": "a compiler of C; tests/bench/packs compiles the method and runs it",
 }
 PYTHON_RUN = {  # how many blocks of Python a page has that its test runs
     "docs/actors.md": 1,

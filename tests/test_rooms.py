@@ -50,6 +50,7 @@ MOST_LINES = 600  # of a file
 SHARED_NAMES = {
     **dict.fromkeys(("air", "law", "viewing"), "a theory and the experiment on it"),
     **dict.fromkeys(("render", "usd", "verify", "environments"), "a command and what it calls"),
+    "make": "what two commands of that name call",
     "acting": "how a scene acts, and what that costs",
 }
 # A reader has neither the plan nor the tracker that such a reference points to.

@@ -234,12 +234,15 @@ NEEDS = (
     Rule("tone", "preview", "frames are linear, and only previews have a tone"),
     Rule("view", "preview", "frames hold all layers, and only previews show one"),
     Rule("exposure", "preview", "frames are linear, and only previews are exposed"),
+    *(
+        Rule(name, "words", "it is of a program that is called")
+        for name in ("pack", "settings", "repeats", "program", "who", "baseline", "diagnose")
+    ),
     Rule("cluster", "repair", "workers only repair; looking is done here"),
     Rule("threads", "repair", "threads only repair; looking is done by one"),
     Rule("max_memory", "repair", "only what is rendered again needs memory"),
 )
 """A rule is for the commands that have both flags."""
-
 
 GROUPS = (
     ("What is seen", (*VIEW_KEYS, "density", "say", "settings")),
@@ -289,8 +292,8 @@ def check_flags(ctx: click.Context, order: Sequence[click.Parameter]) -> None:
             raise InputError(where, "both", rule.why, "leave one out")
     for rule in NEEDS:
         if rule.one in said and rule.other in names and rule.other not in said:
-            flag = f"--{rule.other.replace('_', '-')}"
-            cure = f"add {flag}, or leave it out"
+            other = "--command" if rule.other == "words" else f"--{rule.other.replace('_', '-')}"
+            cure = f"add {other}, or leave it out"
             raise InputError(said[rule.one], "alone", rule.why, cure)
 
 

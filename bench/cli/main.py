@@ -20,7 +20,7 @@ from scenes.processes.streams import is_unread, open_standard_streams, write_fai
 
 COMMANDS = (
     *("doctor", "list", "show", "count", "render", "view", "verify", "run", "report", "compare"),
-    *("frames", "usd", "model", "act", "ask", "environments", "observe"),
+    *("frames", "usd", "pack", "score", "model", "act", "ask", "environments", "observe"),
 )
 OK, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 TRACEBACK = "LODBENCH_TRACEBACK"

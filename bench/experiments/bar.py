@@ -283,7 +283,7 @@ def measure_walk(
         jod = just_objectionable_differences(each, reference, float(preset.camera.fps))
         samples_of += [
             Column("jod_ppm", [round(1e6 * value)], {"what": what, "picture": name})
-            for name, value in jod.items()
+            for name, (value,) in jod.items()
         ]
     case = {"topic": "walks", "preset": place.preset}
     return Point(case, samples=tuple(samples_of))

@@ -19,8 +19,8 @@ import numpy as np
 from scipy import stats
 
 from bench.experiment import Case, Experiment, Table, Topic
+from bench.images.as_shipped import SUNS_DEG, Place, places
 from bench.images.equal_error import EQUAL_ERROR, crossings
-from bench.images.shipped import Place, places
 from bench.methods.environments import VIDEO
 from bench.methods.video import just_objectionable_differences
 from bench.observers.make import band_contrasts, beyond_grain, radiances
@@ -250,7 +250,8 @@ def predicted_cases(
     return [
         partial(measure_predicted, place, way, spp, frames, choose())
         for name in presets or [name for name, _ in preset_names()]
-        for place in places(name, count, size, first_seed(unseen))
+        for place in places(name, count, unseen, size)
+        if place.sun in ("in turn", f"{SUNS_DEG[place.number % len(SUNS_DEG)]:g}°")
         for way in ("still", "moving")
     ]
 

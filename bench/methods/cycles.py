@@ -22,7 +22,7 @@ from bench.methods.known_methods import METHODS
 from bench.methods.runner import Runner, Window
 from bench.records.records import Column, Point
 from scenes.render import variants
-from scenes.render.description import Description, describe_frame
+from scenes.render.description import Description, chains, describe_frame
 from scenes.render.pictures import auto_exposure, to_srgb
 from scenes.render.render import build_frame
 
@@ -147,23 +147,6 @@ def scene_arrays(description: Description, variant: str) -> dict[str, Any]:
         "meshes": len(meshes),
         **{f"mesh{k}.{name}": m[name] for k, m in enumerate(meshes) for name in _MESH},
     }
-
-
-def chains(curve: Description) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the points, their numbers and the albedos of a curve's chains of joined sticks."""
-    first = curve["segment_indices"].astype(np.int64).ravel()
-    tint = curve.get("tint", np.zeros(len(first), np.uint32))
-    tints = curve.get("tints", np.atleast_2d(curve.get("albedo", np.zeros(3))))
-    if not len(first):
-        return np.zeros((0, 4), np.float32), np.zeros(0, np.int64), np.zeros((0, 3))
-    joined = (np.diff(first) == 1) & (np.diff(tint.astype(np.int64)) == 0)
-    begins = np.concatenate(([0], np.flatnonzero(~joined) + 1))
-    sticks = np.diff(np.concatenate((begins, [len(first)])))
-    counts = sticks + 1
-    offset = np.cumsum(counts) - counts
-    row = np.repeat(first[begins] - offset, counts) + np.arange(counts.sum())
-    points = np.asarray(curve["control_points"]).reshape(-1, 4)[row]
-    return points, counts, np.asarray(tints)[tint[begins]]
 
 
 def light_arrays(light: Description, variant: str) -> dict[str, np.ndarray]:

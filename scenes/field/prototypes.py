@@ -95,6 +95,15 @@ class SpeciesPrototypes:
         return TraversalTables.of(self.part_tables, np.array([_max_sway(p) for p in self.rigged]))
 
     @cached_property
+    def standing(self) -> InstancesInView:
+        """Return one object of each prototype: at the origin of its own frame, x ahead."""
+        models = len(self.prototypes)
+        contacts = np.zeros((models, self.pose_tables.max_legs, 6))
+        still, ahead = np.zeros(models), np.ones(models)
+        rest = Instances(np.zeros((models, 3)), ahead, still, np.arange(models), still, contacts)
+        return InstancesInView(rest, None, still)
+
+    @cached_property
     def foot_parts(self) -> np.ndarray:
         """Tell whether each part of the part tables rides on an ankle, or below it, (m,)."""
         found = []
@@ -214,11 +223,8 @@ class SpeciesPrototypes:
         self, objects: InstancesInView, view: View, illumination: Illumination | None = None
     ) -> Instanced:
         """Return every part of these objects, which stand still, as copies of the prototypes."""
-        placed, models = objects.instances, len(self.prototypes)
-        contacts = np.zeros((models, *placed.foot_contacts.shape[1:]))
-        still, ahead = np.zeros(models), np.ones(models)
-        rest = Instances(np.zeros((models, 3)), ahead, still, np.arange(models), still, contacts)
-        cut = self.cut(InstancesInView(rest, None, still), view, models)
+        placed = objects.instances
+        cut = self.cut(self.standing, view, len(self.prototypes))
         shape = self.appearance(cut.parts, blend_weights(cut, view), illumination)
         turn = np.stack((placed.cos, placed.sin), axis=1)
         parts = cut.object, cut.part, cut.level

@@ -439,6 +439,23 @@ def _curve(batch: Batch, by_tint: bool) -> Description:
     return {"type": "linearcurve", **curve, **colour}
 
 
+def chains(curve: Description) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the points, their numbers and the albedos of a curve's chains of joined sticks."""
+    first = curve["segment_indices"].astype(np.int64).ravel()
+    tint = curve.get("tint", np.zeros(len(first), np.uint32))
+    tints = curve.get("tints", np.atleast_2d(curve.get("albedo", np.zeros(3))))
+    if not len(first):
+        return np.zeros((0, 4), np.float32), np.zeros(0, np.int64), np.zeros((0, 3))
+    joined = (np.diff(first) == 1) & (np.diff(tint.astype(np.int64)) == 0)
+    begins = np.concatenate(([0], np.flatnonzero(~joined) + 1))
+    sticks = np.diff(np.concatenate((begins, [len(first)])))
+    counts = sticks + 1
+    offset = np.cumsum(counts) - counts
+    row = np.repeat(first[begins] - offset, counts) + np.arange(counts.sum())
+    points = np.asarray(curve["control_points"]).reshape(-1, 4)[row]
+    return points, counts, np.asarray(tints)[tint[begins]]
+
+
 def _mesh(triangles: Triangles, corners: np.ndarray | slice, faces: np.ndarray) -> Description:
     columns = ("vertices", "normals", "colours")
     arrays = {k: getattr(triangles, k)[corners].astype(np.float32, copy=False) for k in columns}

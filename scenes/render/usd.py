@@ -12,10 +12,11 @@ from typing import Any
 
 import numpy as np
 
+from lod.camera import Camera
 from lod.errors import InputError
 from scenes.files import check_free, check_name, whole_file
 from scenes.frame.frame_input import FrameInput
-from scenes.render.description import Description, describe_frame
+from scenes.render.description import FAR_M, NEAR_M, Description, chains, describe_frame
 from scenes.render.exr.header import camera_from_world, software
 
 SUFFIXES = (".usda", ".usdc", ".usd")
@@ -56,15 +57,15 @@ def write_usd(
     corner = frame_input.camera.corner
     about = {"software": software(), "lod:corner": f"{corner.x},{corner.y}", **notes}
     stage.GetRootLayer().customLayerData = about
-    _camera(stage, frame_input)
+    set_camera(UsdGeom.Camera.Define(stage, "/frame/camera"), frame_input.camera)
     counts = {"curves": 0, "sticks": 0, "meshes": 0, "triangles": 0, "cameras": 1}
     for name, shape in describe_frame(frame_input)["shapes"].items():
         if shape["type"] == "mesh":
-            _mesh(stage, f"/frame/{name}", shape)
+            set_mesh(stage, f"/frame/{name}", shape)
             counts["meshes"] += 1
             counts["triangles"] += len(shape["faces"])
         elif len(shape["segment_indices"]):
-            _curves(stage, f"/frame/{name}", shape)
+            set_curves(stage, f"/frame/{name}", shape)
             counts["curves"] += 1
             counts["sticks"] += len(shape["segment_indices"])
     with whole_file(path, overwrite) as temporary:
@@ -77,11 +78,13 @@ def write_usd(
     return counts
 
 
-def _camera(stage: Any, frame_input: FrameInput) -> None:
-    """Apertures and focal length that give the field of view; looks along −z, as USD does."""
-    from pxr import Gf, UsdGeom
+def set_camera(prim: Any, camera: Camera, time: Any = None) -> None:
+    """Give a camera's prim apertures and a focal length of its field of view, and its place.
 
-    camera, prim = frame_input.camera, UsdGeom.Camera.Define(stage, "/frame/camera")
+    It looks along −z, as USD's do. ``time`` is a time code; None = at all times.
+    """
+    from pxr import Gf, Usd
+
     prim.CreateHorizontalApertureAttr(_APERTURE)
     prim.CreateVerticalApertureAttr(_APERTURE * camera.height / camera.width)
     focal = _APERTURE / (2 * math.tan(camera.fov_x / 2))
@@ -90,27 +93,35 @@ def _camera(stage: Any, frame_input: FrameInput) -> None:
         # Of the same angles on this sensor: the opening, not the number, is what counts.
         prim.CreateFStopAttr(focal / 10 / camera.lens.diameter_m)
         prim.CreateFocusDistanceAttr(camera.lens.focus_m)
-    prim.CreateClippingRangeAttr(Gf.Vec2f(0.05, 1e7))
+    prim.CreateClippingRangeAttr(Gf.Vec2f(NEAR_M, FAR_M))
     world_from_camera = np.linalg.inv(camera_from_world(camera))
-    prim.AddTransformOp().Set(Gf.Matrix4d(world_from_camera.T.tolist()))
+    place = Gf.Matrix4d(world_from_camera.T.tolist())
+    (prim.GetOrderedXformOps() or [prim.AddTransformOp()])[0].Set(
+        place, Usd.TimeCode.Default() if time is None else time
+    )
 
 
-def _curves(stage: Any, path: str, shape: Description) -> None:
+def set_curves(stage: Any, path: str, shape: Description) -> Any:
+    """Define one linear curve for each chain of a described shape's sticks, and return the prim."""
     from pxr import UsdGeom, Vt
 
-    first, points = shape["segment_indices"].astype(np.int64), shape["control_points"]
-    begins = np.flatnonzero(np.diff(first, prepend=-2) != 1)
-    counts = np.diff(begins, append=len(first)) + 1
+    points, counts, tints = chains(shape)
     prim = UsdGeom.BasisCurves.Define(stage, path)
     prim.CreateTypeAttr(UsdGeom.Tokens.linear)
+    prim.CreateWrapAttr(UsdGeom.Tokens.nonperiodic)
     prim.CreateCurveVertexCountsAttr(Vt.IntArray.FromNumpy(counts.astype(np.int32)))
-    _points(prim, points[:, :3], float(points[:, 3].max(initial=0.0)))
+    _set_points(prim, points[:, :3], float(points[:, 3].max(initial=0.0)))
     prim.CreateWidthsAttr(Vt.FloatArray.FromNumpy(np.ascontiguousarray(2 * points[:, 3])))
     prim.SetWidthsInterpolation(UsdGeom.Tokens.vertex)
-    _colour(prim, shape["albedo"][None], UsdGeom.Tokens.constant)
+    if len(shape.get("tints", (None,))) == 1:
+        _set_colour(prim, tints[:1], UsdGeom.Tokens.constant)
+    else:
+        _set_colour(prim, tints, UsdGeom.Tokens.uniform)
+    return prim
 
 
-def _mesh(stage: Any, path: str, shape: Description) -> None:
+def set_mesh(stage: Any, path: str, shape: Description) -> Any:
+    """Define the prim of a described mesh, triangles with normals and colours, and return it."""
     from pxr import UsdGeom, Vt
 
     prim = UsdGeom.Mesh.Define(stage, path)
@@ -119,13 +130,14 @@ def _mesh(stage: Any, path: str, shape: Description) -> None:
     prim.CreateFaceVertexIndicesAttr(Vt.IntArray.FromNumpy(faces.reshape(-1)))
     prim.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
     prim.CreateDoubleSidedAttr(True)
-    _points(prim, shape["vertices"], 0.0)
+    _set_points(prim, shape["vertices"], 0.0)
     prim.CreateNormalsAttr(Vt.Vec3fArray.FromNumpy(shape["normals"]))
     prim.SetNormalsInterpolation(UsdGeom.Tokens.vertex)
-    _colour(prim, shape["colours"], UsdGeom.Tokens.vertex)
+    _set_colour(prim, shape["colours"], UsdGeom.Tokens.vertex)
+    return prim
 
 
-def _points(prim: Any, points: np.ndarray, margin: float) -> None:
+def _set_points(prim: Any, points: np.ndarray, margin: float) -> None:
     from pxr import Vt
 
     points = np.ascontiguousarray(points, np.float32)
@@ -134,7 +146,7 @@ def _points(prim: Any, points: np.ndarray, margin: float) -> None:
     prim.CreateExtentAttr(Vt.Vec3fArray.FromNumpy(extent.astype(np.float32)))
 
 
-def _colour(prim: Any, colours: np.ndarray, interpolation: str) -> None:
+def _set_colour(prim: Any, colours: np.ndarray, interpolation: str) -> None:
     from pxr import Vt
 
     made = prim.CreateDisplayColorPrimvar(interpolation)

@@ -5,7 +5,7 @@ import time
 import uuid
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 from click.shell_completion import CompletionItem
@@ -41,6 +41,14 @@ def _complete(_: click.Context, __: click.Parameter, begun: str) -> list[Complet
 @click.option(
     "--cluster", metavar="N|ADDRESS|FILE", help="Workers to start here, or a Dask scheduler."
 )
+@click.option("--command", "words", metavar="WORDS", help="A program's call: {scene} {exr} {knob}.")
+@click.option("--pack", metavar="DIR", help="The pack that the program renders.")
+@click.option("--settings", metavar="X,…", help="What {knob} is in turn; 1 by default.")
+@click.option("--repeats", type=click.IntRange(1), help="Calls of each setting; 3 by default.")
+@click.option("--program", metavar="NAME", help="Name and version of the program.")
+@click.option("--who", metavar="NAME", help="Who hands in; for the record.")
+@click.option("--baseline", metavar="JSON", help="Record of blake; by default the published one.")
+@click.option("--diagnose", is_flag=True, help="Render likely mistakes from the pack's recipe.")
 @memory_flag_of_all
 @click.option("--json", "as_json", is_flag=True, help="One JSON object per experiment on stdout.")
 def command(
@@ -52,14 +60,21 @@ def command(
     metric: str | None,
     stems: str | None,
     cluster: str | None,
+    words: str | None,
     as_json: bool,
+    **of_program: Any,
 ) -> None:
     """Run experiments; each writes one record (JSON) and says in a few lines what was found.
 
     The same command again goes on where it was stopped. A folder has one such process at a time.
+    `run methods --command` calls any program instead: for each setting of its knob and repeat, with
+    times and memory measured from outside and its pictures scored.
     """
     from bench.runs import journal
 
+    if words is not None:
+        _run_program(experiments, words, folder, as_json, **of_program)
+        return
     asked = _asked(experiments, cluster, quick, seed, metric, stems)
     place = make_folder(folder)
     with output(as_json) as out, owned(place, uuid.uuid4().hex, "measures there", out.note):
@@ -71,6 +86,41 @@ def command(
             failed = _run_all(out, kept, asked, spread)
     if failed:
         raise click.ClickException(f"{len(failed)} of {len(asked)} failed: {', '.join(failed)}")
+
+
+def _run_program(
+    named: tuple[str, ...],
+    words: str,
+    folder: str,
+    as_json: bool,
+    pack: str | None,
+    settings: str | None,
+    repeats: int | None,
+    **rest: Any,
+) -> None:
+    from bench.packs.make import read_pack
+    from bench.submissions.entry import page
+    from bench.submissions.executable import NAMES, run_program, words_of
+
+    if named != ("methods",):
+        raise InputError("--command", " ".join(named), "a program enters `run methods` alone")
+    if pack is None:
+        raise InputError("--command", "alone", "it renders a pack", "add --pack DIR")
+    read_pack(Path(pack))
+    try:
+        knob = sorted({float(each) for each in (settings or "1").split(",")})
+    except ValueError:
+        raise InputError("--settings", settings, "numbers", "try 1,4,16") from None
+    words_of(words, dict.fromkeys(NAMES, "x"))
+    texts: dict[str, Any] = {name: rest.pop(name) or "unnamed" for name in ("who", "program")}
+    place = make_folder(folder)
+    with output(as_json) as out, owned(place, uuid.uuid4().hex, "measures there", out.note):
+        with progress_bar("call") as show:
+            path, record = run_program(
+                Path(pack), words, knob, repeats or 3, place, **texts, **rest, show=show
+            )
+        out.record(record)
+        out.say(f"{page(record)}\n{path}")
 
 
 def _asked(

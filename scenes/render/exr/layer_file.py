@@ -283,6 +283,27 @@ def _pixels(layers: Layers, channel: _Channel, output: OutputPreset) -> np.ndarr
     return np.ascontiguousarray(values, dtype=dtype)
 
 
+def write_channels(path: str | Path, channels: Mapping[str, np.ndarray], notes: str = "") -> None:
+    """Write a new file of channels (h, w), half or float each as it is, linear Rec.709.
+
+    Raises OSError where the disk refuses.
+    """
+    header = {
+        "compression": OpenEXR.ZIP_COMPRESSION,
+        "type": OpenEXR.scanlineimage,
+        "chromaticities": REC709,
+        "comments": notes,
+    }
+    try:
+        with stdout_to_stderr():
+            OpenEXR.File(header, {k: np.ascontiguousarray(v) for k, v in channels.items()}).write(
+                str(path)
+            )
+    except (RuntimeError, ValueError) as error:
+        _ask_the_system(Path(path), sum(each.nbytes for each in channels.values()))
+        raise OSError(errno.EIO, f"cannot be written as OpenEXR ({error})", str(path)) from error
+
+
 def _settle(path: Path) -> str:
     """Have the system keep the file, and hash what it kept.
 

@@ -17,7 +17,7 @@ from bench.experiments.observers import (
     measure_simulated,
     thresholds,
 )
-from bench.images.shipped import places
+from bench.images.as_shipped import places
 from bench.methods.environments import VIDEO
 from bench.observers import make
 from bench.observers.plan import (
@@ -318,7 +318,7 @@ def test_what_models_say_of_presets_is_judged_and_drawn():
 def test_models_see_more_in_a_coarser_preset():
     seen = []
     for detail in ("view.detail=1", "view.detail=16"):
-        (place,) = places("crowd", 1, "64x36", 900)
+        (place,) = places("crowd", 1, False, "64x36")
         place = replace(place, settings=(*place.settings, detail))
         point = measure_predicted(place, "still", 16, 1, choose(), 0)
         seen.append(point.column("jod", ppd=60)[0])

@@ -1,0 +1,253 @@
+"""A pack in LuxCore (pyluxcore 2.11): a runner of `lodbench run methods`.
+
+    python luxcore_runner.py PACK/scene.usda PACK/camera.json -o OUT.exr --knob 4 --seed 0
+
+The knob k makes k² samples of a pixel: the picture is rendered k times as wide and high with one
+sample of each pixel, hazed at each sample's distance, and averaged. LuxCore has no round cones: a
+stick is a prism of ``SIDES`` sides with round ends, as wide on average as the cone. It needs
+pyluxcore, usd-core, NumPy and OpenEXR.
+"""
+
+import argparse
+import json
+import os
+import pickle
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+import pack_geometry as pack
+
+SIDES = 8
+ROUND_FROM_M = 0.01
+"""Sticks at least so thick have round ends."""
+
+
+def main():
+    """Read, build, render, write; print the seconds of each stage."""
+    parser = argparse.ArgumentParser()
+    for name in ("scene", "camera"):
+        parser.add_argument(name)
+    parser.add_argument("-o", required=True)
+    parser.add_argument("--knob", type=float, default=4)
+    parser.add_argument("--seed", type=int, default=0)
+    asked = parser.parse_args()
+    start = time.perf_counter()
+    folder, k = Path(asked.scene).parent, max(1, round(asked.knob))
+    numbers, camera = pack.read_numbers(folder)
+    models = list(pack.read_models(asked.scene))
+    read = time.perf_counter()
+    width, height = (k * n for n in camera["size"])
+    with tempfile.TemporaryDirectory() as place:
+        # LuxCore's maps begin in the east and turn by north to the west.
+        sky = pack.sky_from_north(folder, numbers)[:, ::-1]
+        pack.write_exr(Path(place) / "sky.exr", np.roll(sky, sky.shape[1] // 4, axis=1))
+        given = numbers, camera, models, width, height, asked.seed
+        (Path(place) / "given").write_bytes(pickle.dumps(given))
+        # A process of its own: pyluxcore's allocator does not bear libraries that came before it.
+        subprocess.run([sys.executable, __file__, RENDER, place], check=True, stdout=sys.stderr)
+        with np.load(Path(place) / "made.npz") as made:
+            clear, Z, build_s = made["clear"], made["Z"], float(made["build_s"])
+    Z = np.where(np.isfinite(Z) & (Z < 1e9), Z, 1e10)
+    directions = pack.directions_of(camera, width, height)
+    picture = pack.averaged(pack.hazed(clear, Z, directions, numbers, folder), k)
+    pack.write_exr(asked.o, picture, pack.one_of_each(Z, k, asked.seed))
+    rest = time.perf_counter() - read - build_s
+    print(json.dumps({"stages": {"read": read - start, "build": build_s, "trace": rest}}))
+
+
+RENDER = "--render"
+"""The first word of the process that renders."""
+
+
+def render(place):
+    """Render what the folder ``place`` gives, and leave the samples there."""
+    import pyluxcore
+
+    pyluxcore.Init(lambda words: None)
+    numbers, camera, models, width, height, seed = pickle.loads((place / "given").read_bytes())
+    start = time.perf_counter()
+    scene = build(numbers, camera, models, (width, height), place)
+    config = pyluxcore.RenderConfig(settings(numbers, width, height, seed), scene)
+    session = pyluxcore.RenderSession(config)
+    build_s = time.perf_counter() - start
+    session.Start()
+    while not session.HasDone():
+        time.sleep(0.05)
+        session.UpdateStats()
+    film = session.GetFilm()
+    clear = output(film, pyluxcore.FilmOutputType.RGB, (height, width, 3))
+    Z = output(film, pyluxcore.FilmOutputType.DEPTH, (height, width))
+    session.Stop()
+    np.savez(place / "made.npz", clear=clear, Z=Z, build_s=build_s)
+    os._exit(0)  # the library may crash where it is taken down
+
+
+def output(film, kind, shape):
+    """Read a channel of the film, rows from the top."""
+    found = np.zeros(shape, np.float32)
+    film.GetOutputFloat(kind, found, 0)
+    return found[::-1].astype(np.float64)
+
+
+def settings(numbers, width, height, seed):
+    """Return the renderer's settings: one sample of each pixel, nothing clamped or cut short."""
+    import pyluxcore
+
+    made = pyluxcore.Properties()
+    rows = {
+        "renderengine.type": "TILEPATHCPU",
+        "renderengine.seed": seed + 1,
+        "sampler.type": "TILEPATHSAMPLER",
+        "tilepath.sampling.aa.size": 1,
+        "tile.multipass.enable": 0,
+        # Surfaces on a path: the edges to the camera and the light are not counted.
+        "path.pathdepth.total": numbers["integrator"]["max_depth"] - 1,
+        "path.pathdepth.diffuse": numbers["integrator"]["max_depth"] - 1,
+        "path.russianroulette.depth": 1000,
+        "path.clamping.variance.maxvalue": 0,
+        "path.hybridbackforward.enable": 0,
+        "lightstrategy.type": "UNIFORM",
+        "film.width": width,
+        "film.height": height,
+        "film.filter.type": "NONE",
+        "film.outputs.0.type": "RGB",
+        "film.outputs.0.filename": "colour.exr",
+        "film.outputs.1.type": "DEPTH",
+        "film.outputs.1.filename": "depth.exr",
+    }
+    for name, value in rows.items():
+        made.Set(pyluxcore.Property(name, value))
+    return made
+
+
+def build(numbers, camera, models, size, place):
+    """Make the scene: camera, sun and sky, models and their copies."""
+    import pyluxcore
+
+    scene = pyluxcore.Scene()
+    eye, forward, up = (np.array(camera[name], np.float64) for name in ("eye", "forward", "up"))
+    light = numbers["light"]
+    width, height = size
+    high = height / width
+    lower = 2 * high / height
+    parse(
+        scene,
+        {
+            "scene.camera.type": "perspective",
+            "scene.camera.lookat.orig": eye.tolist(),
+            "scene.camera.lookat.target": (eye + forward).tolist(),
+            "scene.camera.up": up.tolist(),
+            "scene.camera.fieldofview": camera["fov_deg"],
+            # Its rows are counted from below, and stand one sample too low: look as much lower.
+            "scene.camera.screenwindow": [-1.0, 1.0, -high - lower, high - lower],
+            "scene.camera.cliphither": camera.get("near_m", 0.05),
+            "scene.camera.clipyon": camera.get("far_m", 1e7),
+            "scene.camera.autovolume.enable": 0,
+            "scene.lights.sun.type": "sharpdistant",
+            "scene.lights.sun.direction": (-np.array(light["to_sun"])).tolist(),
+            "scene.lights.sun.color": list(light["sun_irradiance"]),
+            "scene.lights.sky.type": "infinite",
+            "scene.lights.sky.file": str(place / "sky.exr"),
+            "scene.lights.sky.gamma": 1.0,
+            "scene.lights.sky.colorspace": "nop",
+            "scene.lights.sky.storage": "float",
+            "scene.textures.albedo.type": "hitpointcolor",
+            "scene.materials.matte.type": "matte",
+            "scene.materials.matte.kd": "albedo",
+        },
+    )
+    for number, (geometry, places, turn) in enumerate(models):
+        meshes = [*geometry.meshes, *([capsules(geometry)] if len(geometry.counts) else [])]
+        for part, (vertices, faces, normals, colours) in enumerate(meshes):
+            name = f"m{number}p{part}"
+            rows = vertices.tolist(), faces.astype(int).tolist(), normals.tolist()
+            rows = *rows, None, np.asarray(colours, np.float64).tolist(), None
+            columns = (None if each is None else list(map(tuple, each)) for each in rows)
+            scene.DefineMesh(name, *columns)
+            for copy, (at, (cos, sin)) in enumerate(zip(places, turn, strict=True)):
+                # Columns of the matrix, one after another.
+                matrix = [cos, sin, 0, 0, -sin, cos, 0, 0, 0, 0, 1, 0, *at, 1]
+                lead = f"scene.objects.{name}c{copy}"
+                rows = {f"{lead}.shape": name, f"{lead}.material": "matte"}
+                if len(places) > 1 or np.any(at):
+                    rows[f"{lead}.transformation"] = [float(each) for each in matrix]
+                parse(scene, rows)
+    return scene
+
+
+def parse(scene, rows):
+    """Hand properties to a scene."""
+    import pyluxcore
+
+    made = pyluxcore.Properties()
+    for name, value in rows.items():
+        made.Set(pyluxcore.Property(name, value))
+    scene.Parse(made)
+
+
+def capsules(geometry):
+    """Return sticks as one mesh: vertices, faces, normals, albedos."""
+    begins = np.cumsum(geometry.counts) - geometry.counts
+    last = np.zeros(len(geometry.points), bool)
+    last[begins + geometry.counts - 1] = True
+    first = np.flatnonzero(~last)
+    tints = np.repeat(geometry.tints, geometry.counts, axis=0)[first]
+    one, two = geometry.points[first].astype(float), geometry.points[first + 1].astype(float)
+    is_round = np.maximum(one[:, 3], two[:, 3]) >= ROUND_FROM_M
+    made = [
+        tubes(one[mine], two[mine], tints[mine], rings)
+        for mine, rings in ((is_round, ROUND), (~is_round, PLAIN))
+        if mine.any()
+    ]
+    shift = np.cumsum([0, *(len(each[0]) for each in made)])
+    vertices, faces, normals, colours = zip(*made, strict=True)
+    faces = [each + more for each, more in zip(faces, shift, strict=False)]
+    return tuple(np.concatenate(each) for each in (vertices, faces, normals, colours))
+
+
+_LATITUDES = np.radians([-89.0, -60.0, -30.0, 0.0])
+ROUND = [(0, a) for a in _LATITUDES] + [(1, -a) for a in _LATITUDES[::-1]]
+PLAIN = [(0, 0.0), (1, 0.0)]
+"""Rings of a stick: of which end, and at which latitude of its sphere."""
+
+
+def tubes(one, two, tints, rings):
+    """Return sticks between ends (n, 4), with a ring of vertices for each of ``rings``."""
+    axis = two[:, :3] - one[:, :3]
+    length = np.linalg.norm(axis, axis=1, keepdims=True)
+    axis = np.where(length > 1e-9, axis / np.maximum(length, 1e-9), [[0.0, 0.0, 1.0]])
+    other = np.where(np.abs(axis[:, 2:]) < 0.9, [[0.0, 0.0, 1.0]], [[1.0, 0.0, 0.0]])
+    x = np.cross(axis, other)
+    x /= np.linalg.norm(x, axis=1, keepdims=True)
+    y = np.cross(axis, x)
+    turn = 2 * np.pi * np.arange(SIDES) / SIDES
+    out = np.cos(turn)[:, None] * x[:, None] + np.sin(turn)[:, None] * y[:, None]  # (n, s, 3)
+    wider = np.pi / SIDES / np.sin(np.pi / SIDES)  # the mean width of a prism is that of a cone
+    vertices, normals = [], []
+    for end, latitude in rings:
+        ball = (one, two)[end]
+        normal = np.cos(latitude) * out + np.sin(latitude) * axis[:, None]
+        radius = ball[:, None, 3:] * wider
+        vertices.append(ball[:, None, :3] + radius * normal)
+        normals.append(normal)
+    vertices, normals = (np.stack(each, axis=1) for each in (vertices, normals))  # (n, r, s, 3)
+    n, r = vertices.shape[:2]
+    s, after = np.arange(SIDES), (np.arange(SIDES) + 1) % SIDES
+    quads = []
+    for ring in range(r - 1):
+        a, b = ring * SIDES, (ring + 1) * SIDES
+        quads += [
+            np.stack([a + s, a + after, b + after], 1),
+            np.stack([a + s, b + after, b + s], 1),
+        ]
+    faces = np.concatenate(quads)[None] + (np.arange(n) * r * SIDES)[:, None, None]
+    colours = np.repeat(tints, r * SIDES, axis=0)
+    return vertices.reshape(-1, 3), faces.reshape(-1, 3), normals.reshape(-1, 3), colours
+
+
+if __name__ == "__main__":
+    render(Path(sys.argv[2])) if sys.argv[1:2] == [RENDER] else main()
