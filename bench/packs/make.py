@@ -318,7 +318,8 @@ def _readme(folder: Path, found: dict[str, Any]) -> str:
 
 {objects}: {found["instances"]} copies of {found["prototypes"]} prototypes, unpruned
 {found["sticks"]} sticks and {found["triangles"]} triangles.
-{sum(sizes.values()) / 1e6:.1f} MB in {len(sizes) + 1} files, which `sha256sum -c SHA256SUMS` checks.
+{sum(sizes.values()) / 1e6:.1f} MB in {len(sizes) + 1} files;
+`sha256sum -c SHA256SUMS` checks them.
 
 | file | MB | what it is |
 |---|---|---|
