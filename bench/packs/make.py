@@ -294,12 +294,7 @@ CC0 1.0 Universal (https://creativecommons.org/publicdomain/zero/1.0/): use them
 
 def _readme(folder: Path, found: dict[str, Any]) -> str:
     """Write a page of one screen about a finished pack."""
-    sizes = {
-        p.relative_to(folder).as_posix(): p.stat().st_size for p in folder.rglob("*") if p.is_file()
-    }
-    sizes = {
-        name: size for name, size in sizes.items() if not name.startswith(".") and name != SUMS
-    }
+    sizes = {k: path.stat().st_size for k, path in _all_files(folder) if k != "README.md"}
     still = found["references"]["still"]
     rows = [
         ("scene.usda", "cameras, sun and sky; opens geometry.usdc"),
@@ -318,7 +313,8 @@ def _readme(folder: Path, found: dict[str, Any]) -> str:
 
 {objects}: {found["instances"]} copies of {found["prototypes"]} prototypes, unpruned
 {found["sticks"]} sticks and {found["triangles"]} triangles.
-{sum(sizes.values()) / 1e6:.1f} MB in {len(sizes)} files, which `sha256sum -c SHA256SUMS` checks.
+{sum(sizes.values()) / 1e6:.1f} MB in {len(sizes) + 1} files;
+`sha256sum -c SHA256SUMS` checks them.
 
 | file | MB | what it is |
 |---|---|---|

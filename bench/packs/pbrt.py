@@ -9,7 +9,6 @@ import gzip
 import io
 import math
 from pathlib import Path
-from typing import TextIO
 
 import numpy as np
 
@@ -91,7 +90,7 @@ def ground_atlas(ground: Description) -> np.ndarray:
     return atlas_of(ground["colours"][ground["faces"]])[0]
 
 
-def _ground(out: TextIO, ground: Description) -> None:
+def _ground(out: io.TextIOWrapper, ground: Description) -> None:
     out.write(f'Texture "ground" "spectrum" "imagemap" "string filename" [ "{ATLAS}" ]\n')
     out.write('  "string filter" [ "bilinear" ] "string wrap" [ "clamp" ]\n')
     out.write('Material "diffuse" "texture reflectance" [ "ground" ]\n')
@@ -101,7 +100,7 @@ def _ground(out: TextIO, ground: Description) -> None:
     _triangles(out, np.arange(len(corners)), rows)
 
 
-def _mesh(out: TextIO, shape: Description) -> None:
+def _mesh(out: io.TextIOWrapper, shape: Description) -> None:
     """Write the faces of each colour as a mesh of their own; models have one colour a face."""
     colours = shape["colours"][shape["faces"][:, 0]]
     for colour in np.unique(colours, axis=0):
@@ -112,7 +111,7 @@ def _mesh(out: TextIO, shape: Description) -> None:
         _triangles(out, faces.reshape(-1), rows)
 
 
-def _triangles(out: TextIO, corners: np.ndarray, columns: tuple[np.ndarray, ...]) -> None:
+def _triangles(out: io.TextIOWrapper, corners: np.ndarray, columns: tuple[np.ndarray, ...]) -> None:
     out.write('Shape "trianglemesh" "integer indices" [ ')
     out.write(" ".join(map(str, corners.tolist())))
     for name, values in zip(("point3 P", "normal N", "point2 uv"), columns, strict=False):
@@ -122,7 +121,7 @@ def _triangles(out: TextIO, corners: np.ndarray, columns: tuple[np.ndarray, ...]
     out.write(" ]\n")
 
 
-def _sticks(out: TextIO, shape: Description) -> None:
+def _sticks(out: io.TextIOWrapper, shape: Description) -> None:
     points, counts, tints = chains(shape)
     ends = np.cumsum(counts).tolist()
     rows = points.tolist()

@@ -329,6 +329,9 @@ def _albedo(where: str, prim: Any, primvar: Any, like: np.ndarray, time: Any) ->
     if diffuse is None or not UsdShade.Output.IsOutput(diffuse):
         return np.full_like(like, constant(surface, "diffuseColor", (0.18,) * 3))  # its default
     texture = UsdShade.Shader(diffuse.GetPrim())
+    if kind(texture) == "UsdPrimvarReader_float3":
+        read: np.ndarray = primvar(constant(texture, "varname", ""))
+        return read
     ways = kind(texture), diffuse.GetName()
     refuse(ways == ("UsdUVTexture", "outputs:rgb"), " ".join(ways), "a UsdUVTexture's rgb")
     reader = UsdShade.Shader(st.GetPrim()) if (st := end(texture, "st")) else None
