@@ -8,7 +8,8 @@ fitted to (``bench.seeds``).
 Headline pictures show everything pruned at one pixel, and in half of the fields species and ground
 alone, under each sun as often, against one reference: FLIP at several counts of samples, and by
 bands of distance FLIP of the same place, luminance and how many rays meet the band. Sweeps compare
-metrics: species pruned over the reference's ground. Fields are the replicates: every column has a number for each.
+metrics: species pruned over the reference's ground. Fields are the replicates: every column has a
+number for each.
 """
 
 import gc
