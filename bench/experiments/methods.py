@@ -75,7 +75,7 @@ FEW_REPEATS, SLOW_S = 2, 4.0
 """
 
 ANEW = 10
-"""How many fields away the objects of the ceiling are: the same world, drawn anew."""
+"""How many fields away the objects of the ceiling are: the same world, redrawn."""
 
 MOST_BYTES = 18_000_000_000
 """What a method may need at most, on a machine that has as much."""
@@ -227,7 +227,7 @@ def _measure_error(runner: Runner, reference: Reference, same: list[Layers], cas
 
 
 def _ceiling(case: Window, scene: Scene, reference: Reference, seed: int) -> Column:
-    """Measure FLIP of the reference to the same ground with its objects drawn anew, by pairs."""
+    """Measure FLIP of the reference to the same ground with its objects redrawn, by pairs."""
     other = replace(case, field=case.field + ANEW).scene(seed).world
     anew = scene.with_world(replace(scene.world, fields=other.fields))
     runner = Runner(methods()["full"], 0.0, anew)

@@ -3,7 +3,7 @@
 A setting passes where, in each band of distances in which things cover ``WORTH_JUDGING`` of the
 picture, their coverage and their luminance are within ``BAND_MARGIN`` of the reference's, over all
 fields of a world together. Error is mean FLIP between a floor, the reference with other samples,
-and a ceiling, the same world with its random objects drawn anew: (FLIP − floor) ÷ (ceiling −
+and a ceiling, the same world with its random objects redrawn: (FLIP − floor) ÷ (ceiling −
 floor). Equal error is ``EQUAL_SHARE`` of it, or the error of the coarsest setting that passes where
 that is less. Time and memory are read between the last setting within the error and the first
 beyond it, along the straight line of logarithms. Beside it stands equal error by excess FLIP alone.

@@ -73,7 +73,7 @@ def machine() -> dict[str, Any]:
     ``digest`` is of ``lod``, ``scenes``, ``bench`` and the lock: records of one are of one program,
     whatever else was committed between its cases.
     """
-    lock = _ROOT / "uv.lock"
+    lock = _ROOT / "requirements.lock"
     locked = lock.read_bytes() if lock.is_file() else b""
     return {
         "commit": _commit(_ROOT),
