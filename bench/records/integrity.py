@@ -51,8 +51,8 @@ def drifts(before: Record, after: Record) -> tuple[Drift, ...]:
         old = first.get(repr(point.case), {})
         for name, values in _sums(point).items():
             if name in old and len(old[name]) == len(values):
-                least = _SHORTEST if _is_time(name[0]) else 0
-                used = (old[name] > least) & (values > least)
+                short = _SHORTEST if _is_time(name[0]) else 0
+                used = (old[name] > short) & (values > short)
                 told = ratios.setdefault((name[0], f"{_said(point)}{name[1]}"), [])
                 told += np.log(values[used] / old[name][used]).tolist()
     timed = [np.mean(row) for (name, _), row in ratios.items() if _is_time(name) and row]
