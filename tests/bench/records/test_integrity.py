@@ -1,7 +1,6 @@
 """Every fault that an audit planted is named: by a check of the record, or beside the run before.
 
-Faults are planted in records of the reference run, whose samples are real, and in frames. Two runs
-of the same have the same samples, but for times, which get the noise that times have.
+Faults are planted in records of the reference run, whose samples are real. Two runs of the same have the same samples, but for times, which get the noise that times have.
 """
 
 from dataclasses import replace
@@ -16,8 +15,6 @@ from bench.records.compare_runs import compare
 from bench.records.integrity import drifts, problems
 from bench.records.records import Column, Point, read_record, where
 from bench.runs import RunRequest, run_experiment
-from scenes.frame.layers import Layers
-from scenes.scene import Scene
 from tests.bench.edited import edited, record_of, with_cases
 
 pytestmark = pytest.mark.slow
@@ -170,52 +167,3 @@ def test_nothing_drifts_between_runs_of_other_seeds():
         run_experiment(few, RunRequest("law", ("scaling",), True, seed)) for seed in range(6)
     )
     assert [(problems(each), drifts(first, each)) for each in others] == [((), ())] * 5
-
-
-def looked_at(monkeypatch, plant=None, seed=0):
-    """A small run of pictures at eye level under three suns, with a fault planted or without."""
-    images, quick = EXPERIMENTS["images"], EXPERIMENTS["images"].topics["fidelity"].sizes("quick")
-    cases = [
-        each
-        for each in images.topics["fidelity"].cases(**quick, metric=None)
-        if each.args[0] == "headline" and each.args[1].view == "eye level"
-    ][:3]
-    few = replace(with_cases(images, "fidelity", cases), notes=None, topics={})
-    few = replace(few, topics=with_cases(images, "fidelity", cases).topics)
-    few = replace(few, topics={"fidelity": replace(few.topics["fidelity"], claims=lambda p: ())})
-    with monkeypatch.context() as patch:
-        if plant:
-            plant(patch)
-        return run_experiment(few, RunRequest("images", ("fidelity",), True, seed))
-
-
-def brighter(patch):
-    """All that is tested shines 1.5 % too bright."""
-    trace = fields.look.__globals__["trace"]
-
-    def lit(stage, quality, first=0):
-        found: Layers = trace(stage, quality, first)
-        tested = first in (fields.TESTED, fields.TESTED + 1)
-        return replace(found, rgb=found.rgb * np.float32(1.015)) if tested else found
-
-    patch.setitem(fields.look.__globals__, "trace", lit)
-
-
-def shifted(patch):
-    """The camera is turned by a tenth of a pixel."""
-    view = Scene.view
-
-    def turned(scene, frame):
-        found = view(scene, frame)
-        angle, camera = 0.1 * found.camera.pixel_angle, found.camera
-        forward = camera.forward * np.cos(angle) + camera.right * np.sin(angle)
-        return replace(found, camera=replace(camera, forward=forward / np.linalg.norm(forward)))
-
-    patch.setattr(Scene, "view", turned)
-
-
-def test_faults_of_frames_drift_beside_the_run_before(monkeypatch):
-    clean = looked_at(monkeypatch)
-    assert problems(clean) == () and drifts(clean, looked_at(monkeypatch)) == ()
-    for plant in (brighter, shifted):
-        assert drifts(clean, looked_at(monkeypatch, plant)), plant.__name__
