@@ -1,6 +1,7 @@
 """Every fault that an audit planted is named: by a check of the record, or beside the run before.
 
-Faults are planted in records of the reference run, whose samples are real. Two runs of the same have the same samples, but for times, which get the noise that times have.
+Faults are planted in records of the reference run, whose samples are real. Two runs of the same
+have the same samples, but for times, which get the noise that times have.
 """
 
 from dataclasses import replace
