@@ -277,6 +277,30 @@ def halves(counts: Counts, distances: Distances, chosen: Chosen) -> tuple[float,
     return nearer, farther
 
 
+LAWS = {"a·d^b": np.log, "a − b√d": np.sqrt, "a − b·ln d": np.log}
+"""Laws of counts against distance by name, and what of the distance each is a straight line in."""
+
+
+def fitted_laws(curve: Counted, chosen: Chosen) -> dict[str, tuple[float, list[float]]]:
+    """Fit each law to chosen counts: its R² as a law of counts, and its mean count at distances.
+
+    The power law is fitted to logarithms, as ``exponent`` is; the others to counts. Each R² is 1 −
+    the sum of squares of counts about the law ÷ that about their mean. Distances are the means of
+    the grid's (``_against_distance``).
+    """
+    far, counts = curve.distances[chosen], curve.counts[chosen].astype(np.float64)
+    at = np.exp(np.log(curve.distances).mean(axis=1))
+    made: dict[str, tuple[float, list[float]]] = {}
+    for name, of in LAWS.items():
+        power = name == next(iter(LAWS))
+        b, a = np.polyfit(of(far), np.log(counts) if power else counts, 1)
+        told, drawn = (a + b * of(x) for x in (far, at))
+        told, drawn = (np.exp(told), np.exp(drawn)) if power else (told, drawn)
+        left = np.square(counts - told).sum() / np.square(counts - counts.mean()).sum()
+        made[name] = 1 - float(left), drawn.tolist()
+    return made
+
+
 def rank_correlation(level: Ints, size: Ints, alike: Ints, rng: np.random.Generator) -> Estimate:
     """Estimate Spearman's ρ of size with level; parts ``alike`` are drawn together.
 
@@ -392,6 +416,7 @@ def plots(record: Record) -> tuple[Plot, ...]:
         axis = _FAR, "local exponent of parts against distance"
         drawn = [each for each in slopes if each.x]
         panels += [Panel(title, axis, drawn, ("log", "linear"), between=CLAIMED)]
+    panels += [_laws_panel(each) for each in groups[f"{PERSON}, by metric"].values()]
     first = groups[f"{PERSON}, by metric"][METRICS[0]]
     exponents = local_exponents(first)[1]
     title = f"Parts of a {PERSON} that are displayed, against distance"
@@ -406,9 +431,22 @@ def plots(record: Record) -> tuple[Plot, ...]:
         f"Means over {first.counts.shape[1]} random poses and directions, τ = {DETAIL_PX:g} px. "
         f"The local exponent is the slope of logarithms within a factor {_REACH:g} of the distance "
         "to either side, where more than one part is displayed and not all. Shaded: the paper's "
-        "square root, −0.5 ± 0.1. Every species × metric stands in the table of exponents."
+        "square root, −0.5 ± 0.1. Below: three laws over the distances at which the person is "
+        "visible, with R² of counts. Every species × metric stands in the table of exponents."
     )
     return figure("parts", title, caption, panels), _sizes_plot(record)
+
+
+def _laws_panel(curve: Counted) -> Panel:
+    """Draw what three laws make of one curve."""
+    each, chosen = _against_distance("counted", curve), next(iter(curve.readings().values()))
+    at = np.exp(np.log(curve.distances).mean(axis=1)).tolist()
+    drawn = []
+    for name, (r2, fit) in fitted_laws(curve, chosen).items():
+        line = [(x, y) for x, y in zip(at, fit, strict=True) if y > 0.5]
+        label = f"{name}, R² {_signed(r2)}"
+        drawn.append(Drawn(label, [], [], line=([x for x, _ in line], [y for _, y in line])))
+    return Panel(f"Three laws, {curve.metric}", (_FAR, "parts displayed"), [each, *drawn])
 
 
 _FAR = "distance of the eye (m)"
@@ -445,6 +483,7 @@ def tables(record: Record) -> tuple[tuple[str, Table], ...]:
     heads = (
         *("object", "metric", "detail (px)", "distances", "from (m)", "to (m)"),
         *("exponent (95 %)", "nearer half", "farther half"),
+        *(f"R² of {name}" for name in LAWS),
     )
     rows = []
     for curve in counted(record.points):
@@ -457,6 +496,7 @@ def tables(record: Record) -> tuple[tuple[str, Table], ...]:
                     *(f"{far.min():.4g}", f"{far.max():.4g}"),
                     _claim_of(record, curve, reading).measured_text,
                     *(four_decimals(v) for v in both),
+                    *(_signed(r2) for r2, _ in fitted_laws(curve, chosen).values()),
                 )
             )
     return (("Exponents of parts displayed against distance", (heads, rows)),)

@@ -1,11 +1,13 @@
 """What do a frame's time and memory come to by other methods of simplification, at the same error?
 
-Errors are those of ``images``: excess FLIP over pairs of sampler seeds. The settings next to the
-one of equal error are timed, all methods taking turns, frame by frame, in an order drawn again for
-each frame, since who follows a large scene finds other memory: each stage by the clock, and all of
-a frame by the processor. While one method is timed no scene of another exists: its shapes would
-be in the code that is compiled, and garbage would be looked for. Memory is the most that a fresh
-process holds that makes one frame.
+All that is no method is the same for all: how much coarser what is off screen may be, air, fading,
+what stands on the ground for what is not displayed; ``bare`` has none of it. What equal error is
+says ``bench.methods.comparison``. All settings are timed, those next to equal error most often, all
+methods taking turns, frame by frame, in an order drawn again for each frame, since who follows a
+large scene finds other memory: each stage by the clock, and all of a frame by the processor.
+While one method is timed no scene of another exists: its shapes would be in the code that is
+compiled, and garbage would be looked for. Memory is the most that a fresh process holds that makes
+one frame.
 
 An unpruned world that is estimated to need more memory than there is has no picture, and so its
 window has no errors; the other methods are timed as they are.
@@ -18,14 +20,16 @@ Where ColorVideoVDP is here, it judges the sequences too.
 """
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
 import numpy as np
+from scipy import stats
 
 from bench.children import run_in_child
-from bench.experiment import Case, Experiment, Table, Topic
+from bench.experiment import Case, Experiment, Topic
 from bench.frame_costs import Picture
 from bench.images.differences import (
     BAND_EDGES_M,
@@ -37,25 +41,26 @@ from bench.images.differences import (
 )
 from bench.images.equal_error import EQUAL_ERROR
 from bench.methods.comparison import (
-    AtEqualError,
+    COSTS,
+    EQUAL_SHARE,
+    MARGIN,
+    RULES,
     at_equal_error,
-    beside_best_baseline,
-    excess,
-    frame_seconds,
+    beside_best,
+    error,
     is_measured,
     judged_error,
-    megabytes,
-    optional,
 )
 from bench.methods.cycles import measure_cycles, noise
 from bench.methods.environments import CYCLES, VIDEO
 from bench.methods.known_methods import CLIPPED, methods
 from bench.methods.method import Method
-from bench.methods.runner import STAGES, Runner, Window, make_one_frame
+from bench.methods.runner import Runner, Window, make_one_frame
+from bench.methods.tables import JUDGED, tables
 from bench.methods.video import just_objectionable_differences
 from bench.plots import Curve, Panel, Plot, figure, number_text
-from bench.records.claims import EXACT, Claim, at_most, claim
-from bench.records.records import Column, Point, Record, grouped, where
+from bench.records.claims import EXACT, Claim, at_most, claim, within
+from bench.records.records import Column, Key, Point, Record, grouped
 from bench.statistics.estimates import two_sided_factor
 from scenes.frame.layers import SKY_Z, Layers
 from scenes.processes.memory_limit import memory_limit
@@ -63,15 +68,17 @@ from scenes.render.memory import forecast, frame_bytes
 from scenes.render.pictures import auto_exposure, to_srgb
 from scenes.render.variants import choose
 from scenes.scene import Scene, frame_quality
+from scenes.sticks.prototype import LUMINANCE
 
-TIMED = 3
-"""Settings of each method that are timed: those next to equal error."""
+FEW_REPEATS, SLOW_S = 2, 4.0
+"""Timed frames of settings that are not next to equal error, and of those that take this long [s].
+"""
+
+ANEW = 10
+"""How many fields away the objects of the ceiling are: the same world, redrawn."""
 
 MOST_BYTES = 18_000_000_000
 """What a method may need at most, on a machine that has as much."""
-
-JUDGED = "blake", "clipped", "discrete", "stochastic"
-"""The methods whose sequences ColorVideoVDP judges."""
 
 LEFT_OUT = "bounded", "solid_angle", "depth"
 """Methods that do not walk: readings of the metric that move as ``blake`` does."""
@@ -84,9 +91,42 @@ _KEPT_STICK = 200
 crowds of 6 to 31 M sticks 140 to 195. Some of it ``render`` frees before it builds, and some its
 model leaves out."""
 
-_KINDS = "crowd", "meadow", "swaying", "forest", "swaying forest"
-_BASELINES = "blake", "full", "distance", "in_view", "discrete", "stochastic"
-_FEW = "blake", "full", "in_view", "discrete"
+_BASELINES = "blake", "bare", "full", "in_view", "discrete", "stochastic"
+
+PILOT = {
+    ("crowd", 1e5): (0.045, 560.0),
+    ("still crowd", 1e5): (0.045, 400.0),
+    ("forest", 1e4): (0.090, 720.0),
+    ("swaying forest", 1e4): (0.063, 800.0),
+    ("meadow", 1e4): (0.041, 170.0),
+    ("swaying", 1e4): (0.041, 180.0),
+}
+"""What a pilot says of each world: the standard deviation of the logarithm of blake's time ÷ the
+best baseline's between fields, and the seconds that a field takes on two cores.
+
+The deviations are those of the run before, whose fields are not judged again; ``still crowd`` has
+that of ``crowd`` and ``swaying`` that of ``meadow``. docs/method.md lists the worlds that it
+dropped.
+"""
+
+
+def plan(worlds: Sequence[Sequence[Any]], **sizes: object) -> list[str]:
+    """Return what each world is expected to tell, in the order of information per hour.
+
+    It is 1 ÷ the square of half the 95 % interval of the logarithm of a ratio, per hour.
+    """
+    rows = []
+    for kind, objects, fields, _ in worlds:
+        if (kind, objects) in PILOT and fields > 1:
+            deviation, seconds = PILOT[kind, objects]
+            half = float(stats.t.ppf(0.975, fields - 1)) * deviation / math.sqrt(fields)
+            hours = fields * seconds / 3600
+            rows.append((1 / half**2 / hours, kind, objects, fields, hours, half))
+    return [
+        f"{kind}, {number_text(objects)}: {fields} fields, {hours:.1f} h, ratio ± "
+        f"{100 * half:.0f} %, {worth:.0f} of information an hour"
+        for worth, kind, objects, fields, hours, half in sorted(rows, reverse=True)
+    ]
 
 
 def _each(
@@ -102,7 +142,7 @@ def cases(
     cycles: Sequence[Sequence[object]],
     size: str,
     spp: int,
-    **common: int,
+    **common: Any,
 ) -> list[Case]:
     """Return every field of every world, the walk, and what Cycles renders if it is here."""
     variant = choose()
@@ -115,6 +155,7 @@ def cases(
     ]
     kind, objects, walk_size, frames = walk
     window = Window(kind, objects, 0, Picture(walk_size, spp), 2, 1, variant)
+    window = replace(window, unseen=bool(common["unseen"]))
     others = [w for w in windows if [w.kind, w.objects] in cycles and CYCLES.python()]
     return [
         *(partial(measure_window, each) for each in windows),
@@ -142,14 +183,22 @@ def measure_window(case: Window, seed: int) -> list[Point]:
         tried["full"][0].frame(1, case.variant)
         rendered = [tried["full"][0].picture(seed) for seed in range(2 * case.pairs)]
         reference, pictures = reference_of(rendered[0::2], rendered[1::2]), rendered[0::2]
-        for runner in (each for row in tried.values() for each in row):
+        every = [each for row in tried.values() for each in row]
+        for runner in every:
             _measure_error(runner, reference, pictures, case)
+        ceiling = _ceiling(case, scene, reference, seed)
+        for runner in every:
+            runner.columns.append(ceiling)
+            runner.error = judged_error([runner.point(**where)])
     timed = {name: next_to_equal_error(row) for name, row in tried.items()}
     turns = [each for row in timed.values() for each in row]
+    often = {id(each) for row in timed.values() for each in row[:2]}
     for frame in range(2, case.repeats + 2):
         for k in np.random.default_rng((case.field, frame)).permutation(len(turns)):
-            turns[k].timed_frame(frame, case.variant)
-            turns[k].forget()
+            due = id(turns[k]) in often and turns[k].last_s < SLOW_S
+            if due or frame < 2 + FEW_REPEATS:
+                turns[k].timed_frame(frame, case.variant)
+                turns[k].forget()
     for runner in (each for row in timed.values() for each in row[: case.weighed]):
         runner.columns.append(Column("peak_bytes", [peak_bytes(runner, case, seed)]))
     return [each.point(**where) for row in tried.values() for each in row] + too_large
@@ -174,12 +223,22 @@ def _measure_error(runner: Runner, reference: Reference, same: list[Layers], cas
     runner.columns += picture_errors(tested, reference)
     runner.columns += covered(layers, same)
     runner.columns.append(Column("noise", noise(tested, case.picture.spp)))
-    runner.error = judged_error(runner.point())
     runner.forget()
 
 
+def _ceiling(case: Window, scene: Scene, reference: Reference, seed: int) -> Column:
+    """Measure FLIP of the reference to the same ground with its objects redrawn, by pairs."""
+    other = replace(case, field=case.field + ANEW).scene(seed).world
+    anew = scene.with_world(replace(scene.world, fields=other.fields))
+    runner = Runner(methods()["full"], 0.0, anew)
+    runner.frame(1, case.variant)
+    tested = [runner.picture(k).rgb.astype(np.float64) for k in range(0, 2 * case.pairs, 2)]
+    found = next(each for each in picture_errors(tested, reference) if each.quantity == "flip")
+    return replace(found, quantity="flip_ceiling")
+
+
 def covered(tested: Sequence[Layers], reference: Sequence[Layers]) -> list[Column]:
-    """Count the pixels that things cover in every picture, by bands of what they show.
+    """Count the pixels that things cover in every picture, by bands, and sum their luminance.
 
     A pixel counts where its first sample meets something that is not level ground, whose normal
     is straight up; a stick's is so with probability 0. Pictures of one seed have the same samples.
@@ -189,27 +248,32 @@ def covered(tested: Sequence[Layers], reference: Sequence[Layers]) -> list[Colum
         for which, row in (("tested", tested), ("reference", reference)):
             things = [(each.Z >= low) & (each.Z < high) & (each.N[..., 2] < LEVEL) for each in row]
             counts = [int(np.count_nonzero(each)) for each in things]
-            made.append(Column("covered", counts, {"picture": which, "band": pair_band_name(low)}))
+            keys: dict[str, Key] = {"picture": which, "band": pair_band_name(low)}
+            made.append(Column("covered", counts, keys))
+            light = [
+                float((p.rgb[at] @ LUMINANCE).sum()) for p, at in zip(row, things, strict=True)
+            ]
+            made.append(Column("lit", [round(1e6 * each) for each in light], keys))
     return made
 
 
 def next_to_equal_error(row: Sequence[Runner]) -> list[Runner]:
-    """Return the settings of a method whose error is next to equal error.
+    """Return the settings of a method, those whose error is next to equal error first.
 
-    The last setting within the error and the first beyond it come first, because time at equal
-    error is read between them. Without errors, those in the middle come first.
+    They are the last within the error and the first beyond it, because time at equal error is read
+    between them. Without errors, those in the middle come first.
     """
 
     def away(runner: Runner) -> float:
         if math.isnan(runner.error):
             return abs(row.index(runner) - (len(row) - 1) / 2)
-        return abs(math.log(max(runner.error, 1e-6) / EQUAL_ERROR))
+        return abs(math.log(max(runner.error, 1e-6) / EQUAL_SHARE))
 
-    beyond = next((k for k, each in enumerate(row) if not each.error <= EQUAL_ERROR), len(row))
+    beyond = next((k for k, each in enumerate(row) if not each.error <= EQUAL_SHARE), len(row))
     between = [row[k] for k in (beyond - 1, beyond) if 0 <= k < len(row)]
     first = [] if math.isnan(row[0].error) else between
     others = sorted((each for each in row if each not in first), key=away)
-    return [*first, *others][:TIMED]
+    return [*first, *others]
 
 
 def peak_bytes(runner: Runner, case: Window, seed: int) -> int:
@@ -275,28 +339,28 @@ HEADLINES = ("crowd", 1e5, "time"), ("forest", 1e4, "memory")
 def claims(points: Sequence[Point]) -> Iterator[Claim]:
     """Claim, for every kind and size of world, that the metric's frame costs no more than others'.
 
-    It is compared with the baseline that needs least; fields are the replicates.
+    It is compared with the baseline that needs least, with everything and bare, by each way to say
+    what equal error is; and claimed that the two are equivalent. Fields are the replicates.
     """
     made = partial(claim, unit="field", source="§4.1, derived: docs/method.md", alone=EXACT)
     for (kind, objects), window in grouped(points, "kind", "objects").items():
-        found = at_equal_error(window)
-        for cost, (quantity, _, _) in COSTS.items():
-            best = beside_best_baseline(found, quantity)
-            if best is not None and len(best[1]) > 1:
-                of = {"kind": kind, "objects": objects, "baseline": best[0]}
-                estimand = f"{cost} of a frame at equal error, blake ÷ best baseline"
-                shown = (kind, objects, cost) in HEADLINES
-                yield made(estimand, at_most(1), of, two_sided_factor(best[1]), headline=shown)
+        for rule in RULES:
+            found = at_equal_error(window, rule)
+            for cost, (quantity, _, _) in COSTS.items():
+                for mine in ("blake", "bare"):
+                    best = beside_best(found, quantity, mine)
+                    if best is None or len(best[1]) < 2:
+                        continue
+                    of = {"kind": kind, "objects": objects, "error by": rule, "baseline": best[0]}
+                    estimand = f"{cost} of a frame at equal error, {mine} ÷ best baseline"
+                    lead = (kind, objects, cost) in HEADLINES and rule == RULES[0]
+                    ratio, shown = two_sided_factor(best[1]), lead and mine == "blake"
+                    yield made(estimand, at_most(1), of, ratio, headline=shown)
+                    estimand = f"equivalence in {estimand}"
+                    yield made(estimand, within(1, MARGIN), of, ratio)
 
 
-# Plots and tables.
-
-
-COSTS: dict[str, tuple[str, Callable[[Point], float], str]] = {
-    "time": ("seconds", frame_seconds, "seconds of a frame, all stages"),
-    "memory": ("megabytes", megabytes, "most that a process holds (MB)"),
-}
-"""What is compared: its name at equal error, that of a point, and an axis."""
+# Plots.
 
 
 def plots(record: Record) -> Iterator[Plot]:
@@ -320,8 +384,8 @@ def plots(record: Record) -> Iterator[Plot]:
                 for curve in _cost_curve(method, mine, of_point)
             ]
             title = f"{kind}, {number_text(objects)} objects: {cost}"
-            panels.append(Panel(title, (axis, "excess FLIP, whole picture"), drawn))
-        best = beside_best_baseline(at_equal_error(points), "seconds")
+            panels.append(Panel(title, (axis, "error, floor 0 to ceiling 1"), drawn))
+        best = beside_best(at_equal_error(points), "seconds")
         if best is not None:
             ratios = best[1]
             spread = f"{two_sided_factor(ratios):.2f}" if len(ratios) > 1 else f"{ratios[0]:.2f}"
@@ -331,9 +395,9 @@ def plots(record: Record) -> Iterator[Plot]:
         title = f"At equal error blake takes, of the best baseline's time: {'; '.join(told)}"
     caption = (
         "Means over fields with the range of the fields, settings next to equal error; nearer to "
-        "the lower left is better. Errors below 0.0001 are drawn there. `blake` coarsens what is "
-        "off screen, which the baselines do not. What equal error is, and every other world, is in "
-        "the tables."
+        "the lower left is better. Errors below 0.001 are drawn there. What is off screen, air, "
+        "fading and far cover are the same for all but `bare`, which has none of them. Every other "
+        "world is in the tables."
     )
     if any(panel.drawn for panel in panels):
         yield figure("methods", title, caption, panels)
@@ -346,7 +410,7 @@ def _cost_curve(
     rows = []
     for (_,), mine in grouped(points, "setting").items():
         cost = float(np.mean([of_point(p) for p in mine]))
-        flips = np.maximum([excess(p) for p in mine], _LEAST)  # noise: some are below 0
+        flips = np.maximum([error(p) for p in mine], _LEAST)  # noise: some are below 0
         if math.isfinite(cost):
             rows.append((cost, float(flips.mean()), float(flips.min()), float(flips.max())))
     if rows:
@@ -354,169 +418,13 @@ def _cost_curve(
         yield Curve(method, x, y, low, high)
 
 
-_LEAST = 1e-4
-
-
-def _summary_table(record: Record) -> Table:
-    """Show what the metric and the reference take in every world, and who is ahead.
-
-    The metric's time and memory are divided by those of the baseline that needs least of them at
-    equal error: above 1 that baseline is ahead.
-    """
-    heads = "world", "blake [s; MB]", "unpruned [s; MB]"
-    rows: list[tuple[str, ...]] = []
-    for world, points in _worlds(record):
-        found = at_equal_error(points)
-        costs = ["; ".join(_cost(found, points, method)) for method in ("blake", "full")]
-        for quantity, _, _ in COSTS.values():
-            best = beside_best_baseline(found, quantity)
-            costs.append(f"{best[0]}: {_ahead(best[1])}" if best else "not compared")
-        rows.append((world, *costs))
-    return (*heads, *(f"{cost}, blake ÷ the best baseline (95 %)" for cost in COSTS)), rows
-
-
-def tables(record: Record) -> tuple[tuple[str, Table], ...]:
-    """Return titled tables of who is ahead, methods, stages, the walk, and Cycles."""
-    return (
-        ("The metric beside the unpruned reference and the best baseline", _summary_table(record)),
-        ("Each method at equal error", _methods_table(record)),
-        ("What pruning helps, and what it does not", _stage_table(record)),
-        ("A walk: motion beside the reference's", _walk_table(record)),
-        ("The same cut in Cycles", _cycles_table(record)),
-    )
-
-
-def _worlds(record: Record) -> list[tuple[str, list[Point]]]:
-    here = [point for point in record.points if "part" not in point.case]
-    return [(f"{kind}, {n:g}", row) for (kind, n), row in grouped(here, "kind", "objects").items()]
-
-
-def _methods_table(record: Record) -> Table:
-    rows: list[tuple[str, ...]] = []
-    for world, points in _worlds(record):
-        found = at_equal_error(points)
-        rows += [(world, m, *_cost(found, points, m)) for (m,) in grouped(points, "arm")]
-    return ("world", "method", "seconds at equal error", "MB"), rows
-
-
-def _cost(
-    found: dict[str, list[AtEqualError]], points: Sequence[Point], method: str
-) -> tuple[str, str]:
-    if fields := found.get(method):
-        reached = all(each.reached for each in fields)
-        seconds = f"{np.mean([e.seconds for e in fields]):.2f}" if reached else "never reached"
-        return seconds, f"{np.mean([each.megabytes for each in fields]):.0f}"
-    row = where(points, arm=method)
-    needed = [1e6 * optional(p, "foretold_bytes")[0] for p in row]
-    if np.isfinite(needed).any():
-        return "does not fit", f"{np.nanmax(needed) / 1e6:,.0f} estimated"
-    timed = [p for p in row if math.isfinite(frame_seconds(p))]
-    told = ", ".join(
-        f"{np.mean([frame_seconds(p) for p in mine]):.2f} at {setting:g}"
-        for (setting,), mine in grouped(timed, "setting").items()
-    )
-    return f"no reference; {told}", _mean([megabytes(p) for p in timed], ".0f")
-
-
-def _ahead(ratios: np.ndarray) -> str:
-    """Tell a mean ratio with its interval, and who is ahead where that is decided."""
-    if len(ratios) < 2:
-        return f"{ratios[0]:.3g}"
-    found = two_sided_factor(ratios)
-    ahead = (
-        "blake ahead" if found.high < 1 else "baseline ahead" if found.low > 1 else "inconclusive"
-    )
-    return f"{found:.3g}, {ahead}"
-
-
-def _stage_table(record: Record) -> Table:
-    heads = "world", "stage", "blake (s)", "unpruned (s)", "blake ÷ unpruned (95 %)"
-    stages: dict[str, tuple[Callable[[Point], float], str]] = {
-        **{name: (partial(_stage, stage=name), ".3f") for name in ("prepare", *STAGES, "cpu")},
-        "MB": (megabytes, ".0f"),
-        "variance of a sample": (lambda p: float(optional(p, "noise").mean()), ".4f"),
-    }
-    rows: list[tuple[str, ...]] = []
-    for world, points in _worlds(record):
-        blake, full = _nearest(points, "blake"), _nearest(points, "full")
-        if not full or len(blake) != len(full):
-            continue
-        for name, (of_point, form) in stages.items():
-            mine, reference = (np.array([of_point(p) for p in row]) for row in (blake, full))
-            ratio = ""
-            if len(mine) > 1 and min(*mine, *reference) > 0:
-                ratio = f"{two_sided_factor(mine / reference):.3g}"
-            means = (format(row.mean(), form) for row in (mine, reference))
-            rows.append((world, name, *means, ratio))
-    return heads, rows
-
-
-def _walk_table(record: Record) -> Table:
-    heads = "world", "method", "setting", "FLIP", "residual of a step (1e-3)", "JOD of 10"
-    rows: list[tuple[str, ...]] = []
-    for point in where(record.points, part="walk"):
-        case = point.case
-        jod = _mean(optional(point, "jod"), ".2f") or "not measured here"
-        rows.append(
-            (
-                *(f"{case['kind']}, {case['objects']:g}", str(case["arm"])),
-                f"{case['setting']:g}",
-                _mean(optional(point, "flip"), ".4f"),
-                _mean(1e3 * optional(point, "residual"), ".2f"),
-                jod if case["arm"] in JUDGED else "",
-            )
-        )
-    return heads, rows
-
-
-def _cycles_table(record: Record) -> Table:
-    stages = "describe", "synchronise", "build", "trace"
-    plain = "world", "frame", "renderer", "excess FLIP", "variance", "light", "MB"
-    heads = (*plain, *(f"{stage} (s)" for stage in stages))
-    points = where(record.points, part="cycles")
-    names = "kind", "objects", "arm", "setting", "renderer"
-    rows: list[tuple[str, ...]] = [
-        (
-            f"{kind}, {n:g}",
-            "unpruned" if method == "full" else f"{method}, {setting:g} px",
-            str(renderer),
-            _mean(((optional(p, "flip") - optional(p, "flip_floor")).mean() for p in row), ".4f"),
-            *(_mean((optional(p, q).mean() for p in row), ".4f") for q in ("noise", "light")),
-            _mean(map(megabytes, row), ".0f"),
-            *(_mean((_stage(p, stage) for p in row), ".3f") for stage in stages),
-        )
-        for (kind, n, method, setting, renderer), row in grouped(points, *names).items()
-    ]
-    return heads, rows or [("all", "not measured here", "cycles", *[""] * (len(heads) - 3))]
-
-
-def _mean(values: Iterable[float], form: str) -> str:
-    """Write the mean of those that are known; nothing where none is."""
-    known = [each for each in values if math.isfinite(each)]
-    return format(np.mean(known), form) if known else ""
-
-
-def _stage(point: Point, stage: str) -> float:
-    return float(np.median(optional(point, "us", stage=stage)))
-
-
-def _nearest(points: Sequence[Point], method: str) -> list[Point]:
-    """Return each field's point of a method at its last weighed setting within equal error.
-
-    Where no setting is within it, the finest that was weighed.
-    """
-    found = []
-    for row in grouped(filter(is_measured, where(points, arm=method)), "field").values():
-        weighed = [p for p in row if math.isfinite(megabytes(p))]
-        within = [p for p in weighed if judged_error(p) <= EQUAL_ERROR]
-        found += within[-1:] or weighed[:1]
-    return found
+_LEAST = 1e-3
 
 
 EXPERIMENT = Experiment(
     name="methods",
     question="What do a frame's time and memory come to by other methods, at the same error?",
-    version=1,
+    version=2,
     topics={
         "rivals": Topic(
             about="the same frames by other methods of simplification, at equal error",
@@ -526,20 +434,18 @@ EXPERIMENT = Experiment(
             tables=tables,
             full={
                 "worlds": [
-                    *_each(("crowd",), (1e5,), 4, _BASELINES),
-                    *_each(("forest", "swaying forest"), (1e4,), 4, _BASELINES),
-                    *_each(_KINDS[:3], (1e4,), 2),
-                    *_each(_KINDS[1:], (1e5,), 2, _BASELINES),
-                    *_each(("from above",), (1e5,), 2, _BASELINES),
-                    *_each(_KINDS, (1e3, 1e6), 2, _FEW),
+                    *_each(("crowd", "still crowd"), (1e5,), 6, _BASELINES),
+                    *_each(("forest", "swaying forest"), (1e4,), 6, _BASELINES),
+                    *_each(("meadow", "swaying"), (1e4,), 6, _BASELINES),
                 ],
                 "walk": ["crowd", 1e4, "320x180", 48],
                 "cycles": [["crowd", 1e4], ["meadow", 1e4]],
                 "size": "320x180",
                 "spp": 16,
                 "pairs": 2,
-                "repeats": 4,
+                "repeats": 16,
                 "weighed": 2,
+                "unseen": True,
             },
             quick={
                 "worlds": [
@@ -552,7 +458,9 @@ EXPERIMENT = Experiment(
                 "size": "160x90",
                 "repeats": 2,
                 "weighed": 1,
+                "unseen": False,
             },
+            plan=plan,
             seconds=(18_000.0, 600.0),
             apart=True,
         ),

@@ -5,10 +5,11 @@ GROUND_DETAIL, where nothing is left out for air or fades. Field k is turned by 
 its sun is the k-th of SUN_ELEVATIONS_DEG in turn. Full runs judge worlds and trees that nothing was
 fitted to (``bench.seeds``).
 
-Headline pictures show everything pruned at one pixel, and in every third field species and ground
-alone, against one reference: FLIP at several counts of samples, and by bands of distance FLIP of
-the same place, luminance and how many rays meet the band. Sweeps compare metrics: species pruned
-over the reference's ground. Fields are the replicates: every column has a number for each.
+Headline pictures show everything pruned at one pixel, and in half of the fields species and ground
+alone, under each sun as often, against one reference: FLIP at several counts of samples, and by
+bands of distance FLIP of the same place, luminance and how many rays meet the band. Sweeps compare
+metrics: species pruned over the reference's ground. Fields are the replicates: every column has a
+number for each.
 """
 
 import gc
@@ -88,8 +89,9 @@ TURN_DEG = 30.0
 PROTOTYPE_SETS = 4
 """The number of sets of trees and people that fields have in turn in a full run."""
 
-ALONE_EVERY = 3
-"""In every so many-th field species and ground are pruned alone, too."""
+ALONE, ALONE_OF = 3, 6
+"""In the first so many of so many fields species and ground are pruned alone, too: under each of
+the suns as often, with all sets of trees in twelve fields."""
 
 EDGES_M = (0.0, 20.0, 60.0, 150.0, 400.0, 1000.0, 2000.0, 5000.0, float(SKY_Z))
 """Edges of the bands of distance [m]; the last band is not judged."""
@@ -313,7 +315,7 @@ def cases(
     made: list[Case] = []
     headlines = Looks(tuple(samples), light_passes), choose()
     for number in range(fields):
-        alone = () if number % ALONE_EVERY else (NOTHING, SPECIES, GROUND)
+        alone = (NOTHING, SPECIES, GROUND) if number % ALONE_OF < ALONE else ()
         ways = tuple((pruned, "blake", 1.0) for pruned in (EVERYTHING, *alone))
         for view in VIEWS:
             field = Field(view, number, unseen, size)
@@ -350,6 +352,7 @@ def measure(
         parts, seen = parts_in(world, shown), seen_of(shown, TESTED)
         counted = {
             "field": [field.number],
+            "sun_deg": [round(scene.preset.light.sun_elevation)],
             "world_seed": [scene.preset.seed],
             "prototype_seed": [field.prototype_seed],
             "parts": [parts],

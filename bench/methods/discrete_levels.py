@@ -11,11 +11,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bench.methods.method import DETAILS_PX, Method, Updater, engine_view, frame_of
+from bench.methods.method import DETAILS_PX, Method, Updater, frame_of
 from lod.arrays import ArrayData, FloatArray, IntArray
 from lod.metric import Metric
 from lod.pruner import Cut, cut_from_parts, prune
-from lod.view import View, distance
+from lod.view import View, distance, in_view
 from scenes.field.cells import CellSamples
 from scenes.field.species_field import SpeciesField
 from scenes.frame.frame_input import DisplayedRepresentation, display
@@ -63,13 +63,16 @@ def prepare(scene: Scene, setting: float) -> Updater:
     """Make an updater that remembers the version of every object from frame to frame."""
     memories: dict[str, VersionMemory] = {}
 
+    def versions(view: View) -> View:
+        return replace(view, metric=VERSIONS, detail=setting)
+
     def shown(field: SpeciesField, view: View) -> DisplayedRepresentation:
-        mine = replace(engine_view(view), metric=VERSIONS, detail=setting)
+        mine = versions(view)
         before = memories.get(field.name, NOTHING)
         cut, memories[field.name] = cut_with_hysteresis(field, mine, before)
         return display(field, cut, mine)
 
-    return lambda frame, variant: frame_of(scene, frame, variant, shown)
+    return lambda frame, variant: frame_of(scene, frame, variant, shown, versions)
 
 
 def cut_with_hysteresis(
@@ -77,13 +80,16 @@ def cut_with_hysteresis(
 ) -> tuple[Cut, VersionMemory]:
     """Return the cut of a field by versions, and which version each object has now.
 
-    The cut is found ``BAND`` too far; of that, what an object's version leaves out is dropped.
+    The cut is found ``BAND`` too far; of that, what an object's version leaves out is dropped. An
+    object out of view has the version of one that much farther away.
     """
     wide = prune(field, replace(view, detail=view.detail / (1 + BAND)))
     parts = wide.parts
     near = parts.limit / (1 + BAND)
     roots = np.flatnonzero(parts.parent < 0)
-    share = distance(view, parts.position[roots]) / near[roots]
+    seen = in_view(view, parts.centre[roots], parts.bound[roots])
+    apart = np.where(seen, 1.0, 1 / view.offscreen_detail)
+    share = apart * distance(view, parts.position[roots]) / near[roots]
     now = versions_at(share)
     keys = object_keys(parts.state.samples.take(parts.object[roots]))
     chosen = np.clip(before.of(keys, now), versions_at(share / (1 + BAND)), now)

@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 
 from bench.methods.discrete_levels import DISCRETE
-from bench.methods.method import DETAILS_PX, Method, Updater, by_view, engine_view, frame_of
+from bench.methods.method import DETAILS_PX, Method, Updater, by_view, frame_of
 from bench.methods.stochastic import STOCHASTIC
 from lod.errors import InputError
 from lod.metric import METRICS, Metric, full
@@ -30,15 +30,20 @@ from scenes.scene import Scene, frame_quality
 GROUP = "lodbench.arms"
 
 
-def metric_method(name: str, **more: float) -> Method:
+def metric_method(name: str, bare: bool = False, **more: float | str) -> Method:
     """Return the method of one reading of the metric, with everything lodbench does beside it.
 
-    ``more`` are other keys of the preset's table ``view``.
+    ``more`` are other keys of the preset's table ``view``. What is ``bare`` has no cover of the
+    ground for what is not displayed, and its leaf appearances have their own albedo.
     """
 
     def prepare(scene: Scene, setting: float) -> Updater:
         keys = {"metric": name, "detail": setting, **more}
         view = scene.preset.view.model_copy(update=keys)
+        if bare:
+            plain = tuple(replace(each, illumination=None) for each in scene.world.fields)
+            ground = replace(scene.world.terrain, aggregate_cover=None)
+            scene = scene.with_world(replace(scene.world, terrain=ground, fields=plain))
         return scene.with_preset(scene.preset.model_copy(update={"view": view})).input
 
     about = METRICS[name].about
@@ -51,6 +56,16 @@ CLIPPED = replace(
     about="blake, with parts that switch at once instead of fading",
 )
 """The metric as the paper has it, for moving pictures; still ones hardly differ from ``blake``."""
+
+
+BARE = replace(
+    metric_method(
+        "blake", bare=True, offscreen_detail=1.0, fade=0.0, haze_aware=False, smear="off"
+    ),
+    name="bare",
+    about="blake as the paper has it: one m all round, no air, fading, far cover or fitted tone",
+)
+"""The metric without all that the other methods are given, too."""
 
 
 def _prepare_unpruned(scene: Scene, setting: float) -> Updater:
@@ -72,9 +87,9 @@ def culled_beyond(view: View, distance_m: float) -> View:
     """Return a view in which everything nearer than a distance is displayed and nothing beyond."""
 
     def limit(P: np.ndarray, R: np.ndarray, m: float) -> np.ndarray:
-        return np.full(np.broadcast_shapes(np.shape(P), np.shape(R)), distance_m)
+        return np.full(np.broadcast_shapes(np.shape(P), np.shape(R)), distance_m * view.m / m)
 
-    return replace(engine_view(view), metric=Metric("distance", limit, "culled by distance"))
+    return replace(view, metric=Metric("distance", limit, "culled by distance"))
 
 
 def _culled_out_of_view(view: View, setting: float) -> View:
@@ -84,7 +99,7 @@ def _culled_out_of_view(view: View, setting: float) -> View:
     outside though their object reaches in: few in a world much larger than its objects.
     """
     metric = Metric("in view", full, "culled by view", along_axis=True, finite=False)
-    return replace(engine_view(view), metric=metric)
+    return replace(view, metric=metric)
 
 
 def _display_in_view(field: SpeciesField, view: View, copies: bool) -> DisplayedRepresentation:
@@ -93,21 +108,22 @@ def _display_in_view(field: SpeciesField, view: View, copies: bool) -> Displayed
     Objects are kept or dropped as a whole: for parts dropped one by one, leaf appearances of what
     owns them would stand in the picture, right before an eye that stands among trees.
     """
-    pyramid, whole = _culled_out_of_view(view, 0.0), engine_view(view)
+    pyramid = _culled_out_of_view(view, 0.0)
     samples, examined = candidates(field.cells, pyramid, field.search_bounds(pyramid))
     grown = field.in_habitat(view.camera.corner, samples)
-    roots = field.prototypes.wholes(field.instances_in_view(grown, whole), whole)
+    roots = field.prototypes.wholes(field.instances_in_view(grown, view), view)
     kept = grown.take(in_view(pyramid, roots.centre, roots.bound))
-    if copies and is_still_whole(field, whole):
-        return display_whole(field, whole, kept)
-    cut = field.prototypes.cut(field.instances_in_view(kept, whole), whole, examined)
-    return display(field, cut, whole)
+    if copies and is_still_whole(field, view):
+        return display_whole(field, view, kept)
+    cut = field.prototypes.cut(field.instances_in_view(kept, view), view, examined)
+    return display(field, cut, view)
 
 
 METHODS: dict[str, Method] = {
     method.name: method
     for method in (
         *map(metric_method, ("blake", "bounded", "solid_angle", "depth")),
+        BARE,
         Method(
             "full",
             "the unpruned reference, built once where nothing moves",

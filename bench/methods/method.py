@@ -3,13 +3,13 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from lod.pruner import prune
+from lod.pruner import cut_from_parts, prune
 from lod.view import View
 from scenes.field.species_field import SpeciesField
 from scenes.frame.frame_input import DisplayedRepresentation, FrameInput, display
 from scenes.scene import Scene
 
-DETAILS_PX = (0.5, 1.0, 2.0, 4.0, 8.0)
+DETAILS_PX = (0.25, 0.5, 1.0, 2.0, 4.0)
 """Detail thresholds that methods with one are tried at, from the finest [px]."""
 
 Updater = Callable[[int, str], FrameInput]
@@ -49,11 +49,23 @@ def frame_of(
     frame: int,
     variant: str,
     shown: Callable[[SpeciesField, View], DisplayedRepresentation],
+    pruned: Callable[[View], View] = lambda view: view,
 ) -> FrameInput:
-    """Make the input of a frame whose fields are thinned by ``shown``; all else is unpruned."""
-    rest = scene.with_world(replace(scene.world, fields=())).input(frame, variant)
-    view = scene.view(frame)
-    fields = tuple(shown(each, view) for each in scene.world.fields)
+    """Make the input of a frame whose fields are thinned by ``shown``; all else is unpruned.
+
+    ``pruned`` gives the view by whose metric the ground has its cover of what is not displayed:
+    ``scenes.field.far_cover`` is no part of any method, and the same for all. A method that makes
+    up for what it leaves out has none.
+    """
+    world, view = scene.world, scene.view(frame)
+    rest = scene.with_world(replace(world, fields=())).input(frame, variant)
+    mine = pruned(view)
+    if mine is not view:
+        tiles = prune(world.terrain, view).parts
+        tiles = replace(tiles, state=replace(tiles.state, view=mine))
+        ground = display(world.terrain, cut_from_parts(tiles, len(tiles), len(tiles)), mine)
+        rest = replace(rest, displayed=(ground, *rest.displayed[1:]))
+    fields = tuple(shown(each, view) for each in world.fields)
     return replace(rest, displayed=(*rest.displayed, *fields))
 
 
@@ -65,11 +77,8 @@ def by_view(change: Callable[[View, float], View]) -> Callable[[Scene, float], U
             mine = change(view, setting)
             return display(field, prune(field, mine), mine)
 
-        return lambda frame, variant: frame_of(scene, frame, variant, shown)
+        return lambda frame, variant: frame_of(
+            scene, frame, variant, shown, lambda view: change(view, setting)
+        )
 
     return prepare
-
-
-def engine_view(view: View) -> View:
-    """Return the view without what only the paper's metric knows: air, eye, fading, off-screen."""
-    return replace(view, conditions=None, fade=0.0, offscreen_detail=1.0)

@@ -9,6 +9,7 @@ from bench.frame_costs import Picture, window_preset
 from bench.methods.known_methods import methods
 from bench.methods.method import Method
 from bench.records.records import Column, Point, columns
+from bench.seeds import first_seed
 from scenes.frame.frame_input import FrameInput
 from scenes.frame.layers import Layers
 from scenes.render.render import BuiltFrame, build_frame, move_camera, render_frame, trace
@@ -22,6 +23,7 @@ _BARE = "species.sward.density=0"
 
 KINDS: dict[str, tuple[str, tuple[str, ...]]] = {
     **FRAME_KINDS,
+    "still crowd": ("crowd", ("species.tree.density=0", "species.figure.patrol=0")),
     "swaying": ("meadow", (_BARE, "wind.speed=6")),
     "forest": ("forest", (_BARE,)),
     "swaying forest": ("forest", (_BARE, "wind.speed=6")),
@@ -39,7 +41,8 @@ class Window:
     pairs     pairs of sampler seeds by which errors are measured
     repeats   timed frames of each method and setting
     tried     names of the methods that are tried; none = all
-    weighed   settings of each method whose memory is measured, of those that are timed
+    weighed   settings of each method whose memory is measured, of those next to equal error
+    unseen    whether its worlds are those for judging, or may be looked at by anybody
     """
 
     kind: str
@@ -51,6 +54,7 @@ class Window:
     variant: str
     tried: tuple[str, ...] = ()
     weighed: int = 1
+    unseen: bool = False
 
     @property
     def label(self) -> str:
@@ -60,7 +64,8 @@ class Window:
     def scene(self, seed: int, *more: str) -> Scene:
         """Make the scene of the window, unpruned; ``more`` are other settings."""
         name, settings = KINDS[self.kind]
-        words = (*settings, *more, f"seed={seed + self.field}")
+        own = first_seed(self.unseen, 6) + 20 * seed + self.field
+        words = (*settings, *more, f"seed={own}")
         return Scene(window_preset(name, words, self.objects, self.picture, None))
 
 
@@ -120,6 +125,11 @@ class Runner:
         rows = {**{stage: spent[stage] for stage in STAGES}, "cpu": used, "prepare": prepared}
         for stage, seconds in rows.items():
             self.times.setdefault(stage, []).append(round(1e6 * seconds))
+
+    @property
+    def last_s(self) -> float:
+        """Seconds that the last timed frame took; 0 before there is one."""
+        return sum(self.times[stage][-1] for stage in STAGES) / 1e6 if self.times else 0.0
 
     def picture(self, seed: int) -> Layers:
         """Trace the frame that was made last. Raises RuntimeError where there is none."""

@@ -7,7 +7,8 @@ does not fall below τ² pixels: λ = min(1, Ā/(m·d)²), with Ā the mean area
 multiplied so that the object keeps its own (their §3.2; as sticks are of all sizes, by the sum of
 the areas drawn and not by their number); the last ``FADE`` of the drawn sticks
 shrink to nothing, so that none pops (their §3.4); and colours are drawn to their mean by √λ, so
-that the contrast of what a pixel averages is kept (their §3.3).
+that the contrast of what a pixel averages is kept (their §3.3). Objects of which less than one
+stick would be drawn are a random subset, too: each is drawn while λn is above a number of its own.
 """
 
 from dataclasses import dataclass, replace
@@ -15,11 +16,12 @@ from typing import Any
 
 import numpy as np
 
-from bench.methods.method import DETAILS_PX, Method, Updater, engine_view, frame_of
+from bench.methods.method import DETAILS_PX, Method, Updater, frame_of
 from lod.arrays import ArrayData, FloatArray, IntArray, expand, frozen
 from lod.pruner import BlendWeights, Cut
 from lod.shapes import Sticks
-from lod.view import View
+from lod.view import View, in_view
+from lod.viewing import perceptual_limits
 from scenes.field.cells import candidates
 from scenes.field.emission import emit
 from scenes.field.part_tables import DisplayedSticks
@@ -111,6 +113,19 @@ def drawn_shares(count: IntArray, share: FloatArray) -> tuple[IntArray, IntArray
     return owner, number, np.where(whole[owner], 1.0, fading)
 
 
+def kept_objects(expected: FloatArray, chance: FloatArray) -> FloatArray:
+    """Return the area that each object has ÷ its own, where q sticks of it are expected, (n,).
+
+    One that draws the chance u has clip((q − u)/FADE, 0, 1) ÷ the mean of that over 0 ≤ u ≤ 1, so
+    that many together keep their area while they shrink one by one.
+    """
+    q, over = expected, 1 + FADE - expected
+    shown = np.clip((q - chance) / FADE, 0.0, 1.0)
+    mean = np.where(q < FADE, q**2 / (2 * FADE), q - FADE / 2)
+    mean = np.where(q > 1, 1 - np.maximum(over, 0.0) ** 2 / (2 * FADE), mean)
+    return np.asarray(shown / np.maximum(mean, 1e-300))
+
+
 def _no_parts() -> Any:
     raise NotImplementedError("sticks drawn at random belong to whole objects alone")
 
@@ -126,7 +141,7 @@ def prepare(scene: Scene, setting: float) -> Updater:
     elements = {field.name: elements_of(field.prototypes) for field in scene.world.fields}
 
     def shown(field: SpeciesField, view: View) -> DisplayedRepresentation:
-        return _shown(field, elements[field.name], engine_view(view), setting)
+        return _shown(field, elements[field.name], view, setting)
 
     return lambda frame, variant: frame_of(scene, frame, variant, shown)
 
@@ -134,15 +149,21 @@ def prepare(scene: Scene, setting: float) -> Updater:
 def _shown(field: SpeciesField, mine: Elements, view: View, detail: float) -> Any:
     samples, examined = candidates(field.cells, view, field.search_bounds(view))
     grown = field.in_habitat(view.camera.corner, samples)
-    instances = field.instances_in_view(grown, view).instances
-    kind = instances.prototype
-    away = np.linalg.norm(instances.origin - view.camera.eye, axis=1)
-    m = detail * view.theta
-    n, total = len(kind), mine.total_area[kind]
-    mean_area = total / mine.counts[kind]
-    share = np.minimum(1.0, mean_area / np.maximum(m * away, 1e-9) ** 2)
+    placed = field.instances_in_view(grown, view)
+    wholes = field.prototypes.wholes(placed, view)
+    seen = in_view(view, wholes.centre, wholes.bound)
+    away = np.linalg.norm(placed.instances.origin - view.camera.eye, axis=1)
+    m = detail * view.theta / np.where(seen, 1.0, view.offscreen_detail)
+    kind = placed.instances.prototype
+    share = mine.total_area[kind] / mine.counts[kind] / np.maximum(m * away, 1e-9) ** 2
+    shown = kept_objects(share * mine.counts[kind], np.mod(grown.u[:, 2] + grown.u[:, 7], 1.0))
+    shown[away > _farthest_seen(field, view)[kind]] = 0.0
+    kept = np.flatnonzero(shown)
+    instances = Instances(*(frozen(each[kept], each.dtype) for each in placed.instances))
+    kind, share = kind[kept], np.minimum(share[kept], 1.0)
     owner, number, left = drawn_shares(mine.counts[kind], share)
-    row = mine.first[kind][owner] + number
+    n, row = len(kind), mine.first[kind][owner] + number
+    total = shown[kept] * mine.total_area[kind]
     larger = total / np.bincount(owner, left * mine.area[row], n)
     area = mine.sticks.share[row] * left * larger[owner]
     chosen = DisplayedSticks(owner, mine.sticks.stick[row], area, mine.sticks.tint[row])
@@ -154,6 +175,18 @@ def _shown(field: SpeciesField, mine: Elements, view: View, detail: float) -> An
     tints = toward_mean(np.asarray(posed.tints), mine.mean_tint)
     muted = replace(posed, tint=posed.tint + step * len(posed.tints), tints=tints)
     return DisplayedRepresentation(field.name, cut, muted)
+
+
+def _farthest_seen(field: SpeciesField, view: View) -> FloatArray:
+    """Find the distance from which on air hides every part of each prototype, (v,) [m]."""
+    trees = field.prototypes.part_tables.hierarchies
+    if view.conditions is None:
+        return np.full(len(trees), np.inf)
+    seen = [
+        perceptual_limits(view.conditions, np.full(len(tree), 1e12), tree.contrast, view.m).max()
+        for tree in trees
+    ]
+    return np.array(seen)
 
 
 STOCHASTIC = Method(

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from bench.records.claims import Claim
+from bench.records.integrity import Drift, drifts, problems
 from bench.records.records import Record, read_record, read_records
 from lod.errors import InputError
 
@@ -42,6 +43,8 @@ class Comparison:
     """A comparison of two records of one experiment.
 
     origin  what else differs in their provenance, as (before, after) by name
+    drifts  quantities whose mean is another, whatever the verdicts say
+    problems  what cannot be in the second record
     """
 
     experiment: str
@@ -50,10 +53,13 @@ class Comparison:
     same_samples: bool
     origin: dict[str, tuple[Any, Any]]
     differences: tuple[Difference, ...]
+    drifts: tuple[Drift, ...]
+    problems: tuple[str, ...]
 
     def as_json(self) -> dict[str, Any]:
         """Return plain data."""
-        return {**vars(self), "differences": [each.as_json() for each in self.differences]}
+        told = {"differences": [each.as_json() for each in self.differences]}
+        return {**vars(self), **told, "drifts": [vars(each) for each in self.drifts]}
 
 
 def compare(before: Record, after: Record) -> Comparison:
@@ -75,6 +81,8 @@ def compare(before: Record, after: Record) -> Comparison:
         before.samples_sha256 == after.samples_sha256,
         origin,
         tuple(_differences(before.claims, after.claims)),
+        drifts(before, after),
+        problems(after),
     )
 
 

@@ -16,6 +16,7 @@ import numpy as np
 import psutil
 
 from scenes.plugins import packages
+from scenes.processes.cache import PACKAGES, source_digest
 
 _PACKAGES = (
     *("lodbench", "numpy", "scipy", "numba", "statsmodels", "mitsuba", "drjit", "OpenEXR"),
@@ -67,9 +68,18 @@ def provenance(scene: str, seed: int, threads: int = 1, variant: str | None = No
 
 
 def machine() -> dict[str, Any]:
-    """Say what measures one case here and now: commit, processor, cores, memory and load."""
+    """Say what measures one case here and now: sources, packages, processor, memory and load.
+
+    ``digest`` is of ``lod``, ``scenes``, ``bench`` and the lock: records of one are of one program,
+    whatever else was committed between its cases.
+    """
+    lock = _ROOT / "requirements.lock"
+    locked = lock.read_bytes() if lock.is_file() else b""
     return {
         "commit": _commit(_ROOT),
+        "digest": hashlib.sha256(source_digest(PACKAGES).encode() + locked).hexdigest(),
+        "packages": {name: each for name in _PACKAGES if (each := package_version(name))},
+        "libllvm": Path(os.environ.get("DRJIT_LIBLLVM_PATH", "")).name,
         "cpu": cpu_name(),
         "cores": os.cpu_count() or 1,
         "memory_bytes": psutil.virtual_memory().total,

@@ -41,6 +41,11 @@ def _say(out: Output, found: "Comparison") -> None:
     ]
     kept = len(found.differences) - len(changed)
     out.say(f"  {kept} of {len(found.differences)} claims are the same to the last digit")
+    for told in found.problems:
+        out.say(f"  wrong: {told}")
+    for drift in found.drifts:
+        ratio = f"{drift.ratio:.4g} ({drift.low:.4g} to {drift.high:.4g})"
+        out.say(f"  drifted: {drift.quantity}, {drift.where}: {ratio} times what it was")
     if rows:
         out.say(table([("", "claim", "before", "after"), *rows]))
 

@@ -4,6 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy import stats
 
 from bench.experiments.figure import (
@@ -21,6 +23,7 @@ from bench.experiments.figure import (
     counted,
     displayed_parts,
     exponent,
+    fitted_laws,
     halves,
     looked_from,
     measure_curve,
@@ -143,6 +146,19 @@ def test_the_bootstrap_covers():
         hits += found.low <= -0.5 <= found.high
     # 95 % of 200 is 190; a percentile interval of 40 poses is a little narrow.
     assert 178 <= hits <= 199
+
+
+@given(st.sampled_from(["a·d^b", "a − b√d", "a − b·ln d"]), st.floats(0.2, 0.9))
+def test_a_law_is_told_by_its_r_squared(law, steep):
+    """Counts that follow one law exactly have its R² of 1, and a lower one of the others."""
+    far = np.geomspace(2.0, 100.0, 30)[:, None] * np.ones((1, 3))
+    line = {"a·d^b": 900 * far**-steep, "a − b√d": 900 - 80 * steep * np.sqrt(far)}
+    line["a − b·ln d"] = 900 - 180 * steep * np.log(far)
+    counts = np.rint(1000 * line[law]).astype(np.int64)
+    curve = Counted("person", "blake", 1.0, 10**9, 2.0, far, counts)
+    found = {name: r2 for name, (r2, _) in fitted_laws(curve, counts > 0).items()}
+    assert found[law] == pytest.approx(1.0, abs=1e-6) == max(found.values())
+    assert sorted(found.values())[1] < 0.9999
 
 
 def test_halves_tell_a_bend():

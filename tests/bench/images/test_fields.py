@@ -17,7 +17,8 @@ from bench.images.differences import (
 )
 from bench.images.equal_error import GRASS_ERROR, crossings, equal_error
 from bench.images.fields import (
-    ALONE_EVERY,
+    ALONE,
+    ALONE_OF,
     EDGES_M,
     EVERYTHING,
     GRASS,
@@ -223,11 +224,15 @@ def test_fields_have_suns_in_turn_and_full_runs_judge_what_nobody_looked_at():
     assert not {f.preset(0).seed for f in quick} & {f.preset(1).seed for f in quick}
 
 
-def test_every_third_field_has_species_and_ground_alone_and_another_metric_is_swept():
+def test_half_of_the_fields_have_species_and_ground_alone_under_every_sun():
     full = [c.args for c in cases(**FULL)]
     ways = {(f.number, f.view): len(ways) for what, f, ways, *_ in full if what == "headline"}
     assert len(ways) == 12 * len(VIEWS)
-    assert all(n == (1 if k % ALONE_EVERY else 4) for (k, _), n in ways.items())
+    assert all(n == (4 if k % ALONE_OF < ALONE else 1) for (k, _), n in ways.items())
+    alone = [f for what, f, ways, *_ in full if what == "headline" and len(ways) == 4]
+    suns = [f.preset(0).light.sun_elevation for f in alone]
+    assert {suns.count(sun) for sun in SUN_ELEVATIONS_DEG} == {2 * len(VIEWS)}
+    assert {f.prototype_seed for f in alone} == {c[1].prototype_seed for c in full}
     more = [c.args for c in cases(**FULL, metric="halfway")]
     swept_ = [set(b[2]) - set(a[2]) for a, b in zip(full, more, strict=True) if a != b]
     assert len(swept_) == 4 * len(SWEPT)

@@ -21,10 +21,11 @@ from bench.methods.discrete_levels import (
     version_limits,
 )
 from bench.methods.known_methods import METHODS, culled_beyond, methods
-from bench.methods.method import engine_view
 from bench.methods.stochastic import (
+    FADE,
     drawn_shares,
     elements_of,
+    kept_objects,
     outline_areas,
 )
 from lod.errors import InputError
@@ -42,7 +43,9 @@ GRASSLESS = "species.sward.density=0"
 
 @pytest.fixture(scope="module")
 def crowd():
-    return Scene(window_preset("crowd", FEW, 60.0, TINY, None))
+    scene = Scene(window_preset("crowd", FEW, 60.0, TINY, None))
+    ground = replace(scene.world.terrain, aggregate_cover=None)  # which takes minutes to measure
+    return scene.with_world(replace(scene.world, terrain=ground))
 
 
 def frame(crowd, name, setting, number=1):
@@ -71,11 +74,11 @@ def test_what_stands_still_is_made_once_and_what_walks_is_not(crowd):
 
 
 def test_culling_by_distance_keeps_the_near_whole_and_nothing_far(crowd):
-    field, view = crowd.world.fields[0], crowd.view(1)
+    field, view = crowd.world.fields[0], replace(crowd.view(1), offscreen_detail=1.0)
     mine = culled_beyond(view, 30.0)
     kept = prune(field, mine).parts
     assert 0 < len(kept) and distance(mine, kept.position).max() < 30.0
-    whole = prune(field, engine_view(view)).parts
+    whole = prune(field, view).parts
     far = distance(view, whole.position[whole.parent < 0])
     reach = float(field.prototypes.part_tables.bound[0])
     assert np.count_nonzero(far < 30.0 - 2 * reach) <= np.count_nonzero(kept.parent < 0)
@@ -85,7 +88,7 @@ def test_culling_by_view_drops_what_is_out_of_it_and_nothing_else(crowd):
     """Whole objects, of which some part is in view: nobody's leaf appearance stands for parts."""
     view, field = crowd.view(1), crowd.world.fields[0]
     shown = people(frame(crowd, "in_view", 0.0)).cut
-    kept, everybody = shown.parts, prune(field, engine_view(view)).parts
+    kept, everybody = shown.parts, prune(field, view).parts
     tree = field.prototypes.part_tables.hierarchies[0]
     assert shown.displayed_parts == shown.displayed_objects * len(tree)
     roots = everybody.position[everybody.parent < 0]
@@ -116,7 +119,7 @@ def test_a_part_stays_at_least_as_long_as_the_error_asks(sizes, m):
 def test_switching_back_and_forth_at_a_switch_changes_nothing(crowd):
     """An object that moves by less than the band about a switch keeps its version."""
     field = crowd.world.fields[0]
-    view = replace(engine_view(crowd.view(1)), metric=VERSIONS, detail=2.0)
+    view = replace(crowd.view(1), metric=VERSIONS, detail=2.0)
     first, memory = cut_with_hysteresis(field, view, NOTHING)
     for factor in (1 - BAND / 4, 1.0, 1 - BAND / 4, 1.0):
         moved = replace(view, detail=view.detail * factor)
@@ -155,6 +158,44 @@ def test_a_share_of_every_object_is_drawn(objects):
     assert (np.bincount(owner, left) > 0).all()
 
 
+@given(st.floats(0.01, 3.0))
+def test_objects_that_are_dropped_leave_their_area_to_others(expected):
+    """Over many chances u the mean area is an object's own; less than u is not drawn."""
+    u = (np.arange(20_000) + 0.5) / 20_000
+    shown = kept_objects(np.full(len(u), expected), u)
+    assert shown.mean() == pytest.approx(1.0, rel=2e-3) and (shown[u > expected] == 0).all()
+    if expected >= 1 + FADE:
+        assert (shown == 1).all()
+
+
+def test_objects_far_away_are_dropped(crowd):
+    near, far = (people(frame(crowd, "stochastic", setting)) for setting in (1e-6, 8.0))
+    assert 0 < far.cut.displayed_objects < 0.5 * near.cut.displayed_objects
+
+
+def test_all_methods_are_given_the_same_beside_themselves(crowd, monkeypatch):
+    """Air, fading and what is off screen: without each of them every method with a knob differs."""
+    plain = {name: _drawn(crowd, name) for name in ("blake", "discrete", "stochastic")}
+    view = Scene.view
+    for change in ({"offscreen_detail": 1.0}, {"fade": 0.0}):
+        monkeypatch.setattr(Scene, "view", lambda *of, change=change: replace(view(*of), **change))
+        for name, before in plain.items():
+            if (name, change) != ("stochastic", {"fade": 0.0}):  # it fades by itself
+                assert _drawn(crowd, name) != before, (name, change)
+
+
+def _drawn(scene, name):
+    shape = people(frame(scene, name, 4.0)).shape
+    return len(shape), float(shape.start_radius.sum())
+
+
+def test_bare_is_the_metric_alone(crowd):
+    """It has no coarser detail off screen, so that it displays what an eye all round would see."""
+    bare, blake = (people(frame(crowd, name, 4.0)) for name in ("bare", "blake"))
+    assert bare.cut.displayed_parts > blake.cut.displayed_parts
+    assert np.isin(bare.shape.tint, np.arange(len(bare.shape.tints))).all()
+
+
 def test_what_is_drawn_from_afar_is_drawn_from_near():
     """The subset is stable: fewer are a beginning of more, and the last of them have shrunk."""
     count = np.array([200])
@@ -175,7 +216,7 @@ def test_near_sticks_are_all_drawn_as_they_are(crowd):
 
 def test_fewer_sticks_of_about_the_same_area_from_afar(crowd):
     """Their §3.2: what is drawn is made larger, so that everybody covers as much as before."""
-    near, far = (people(frame(crowd, "stochastic", setting)) for setting in (1e-6, 2.0))
+    near, far = (people(frame(crowd, "stochastic", setting)) for setting in (1e-6, 0.5))
     assert len(far.shape) < 0.5 * len(near.shape)
     covered = [
         np.bincount(each.shape.owner, outline_areas(each.shape), len(each.cut))
