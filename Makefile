@@ -24,7 +24,7 @@ bench: $(READY)
 	@echo "about three minutes on two cores: a picture of the default preset, six frames of a crowd in haze,"
 	@echo "the law held against counts of a field, and the report; everything comes into $(OUT)"
 	$(BIN)/lodbench render meadow -o '$(OUT)/meadow.####.exr' \
-	  --size 960x540 --spp 32 --preview --overwrite
+	  --size 960x540 --spp 16 --preview --overwrite
 	$(BIN)/lodbench render crowd -o '$(OUT)/crowd/crowd.####.exr' \
 	  --frames 1-6 --size 320x180 --spp 16 --preview --overwrite
 	$(BIN)/lodbench run scaling --quick -o $(OUT)/records

@@ -23,7 +23,7 @@ from bench.experiment import Table
 from bench.frame_costs import interleaved_seconds
 from bench.records.claims import Claim, at_most, claim
 from bench.records.records import Column, Point, Record, columns, grouped, where
-from bench.statistics.estimates import LEAST_REPEATS, two_sided_median
+from bench.statistics.estimates import LEAST_REPEATS, two_sided_factor, two_sided_median
 from lod.arrays import Reals
 from lod.crossfade import blend_weights
 from lod.pruner import prune
@@ -34,7 +34,7 @@ from scenes.field.traversal import node_limits, traverse
 from scenes.presets.load import load_preset
 from scenes.processes.cache import VARIABLE
 from scenes.render.render import build_frame, trace
-from scenes.render.variants import JIT_VARIANT
+from scenes.render.variants import JIT_VARIANT, SCALAR_VARIANT
 from scenes.scene import Scene
 
 SAMPLES = 25
@@ -62,9 +62,10 @@ def measure_walks(size: str, repeats: int, seed: int) -> list[Point]:
             samples=columns({"bytes": [2 * source.nbytes], "ns": nanoseconds}),
         )
     ]
-    for name, preset, number in (("trees", "meadow", 1), ("figures", "crowd", 0)):
+    for name, preset, species in (("trees", "meadow", "tree"), ("figures", "crowd", "figure")):
         scene = Scene(load_preset(preset, [f"render.size={size}", f"seed={seed}"]))
-        samples = _walks_over(scene.world.fields[number], scene.view(1), repeats)
+        (field,) = (each for each in scene.world.fields if each.name == species)
+        samples = _walks_over(field, scene.view(1), repeats)
         points.append(Point({"topic": "speed", "what": name}, samples=samples))
     return points
 
@@ -116,48 +117,63 @@ def speed_tables(record: Record) -> Iterator[tuple[str, Table]]:
 
 
 def measure_command(
-    words: tuple[str, ...], warm: int, cold: int, variant: str | None, seed: int
+    words: tuple[str, ...], warm: int, cold: int, variants: Sequence[str], seed: int
 ) -> list[Point]:
-    """Time a command and its imports in turns.
+    """Time a command and its imports, in turns with the same in other variants.
 
-    words   after ``lodbench``; of a first frame, without the folder it goes to
-    warm    turns with a folder of what is kept; ``cold`` turns begin with nothing kept
+    words     after ``lodbench``; of a first frame, without the folder it goes to
+    warm      turns with a folder of what is kept; ``cold`` turns begin with nothing kept
+    variants  that frames are rendered in; none for a command that renders nothing
     """
-    modules = "numpy, numba, scipy, pydantic, click"
-    imports, name, points = f"import {modules}", f"lodbench {' '.join(words)}", []
+    rows: dict[tuple[str, str], list[list[int]]] = {}
     with tempfile.TemporaryDirectory() as folder:
-        if variant:
-            imports += f", drjit, OpenEXR, mitsuba; mitsuba.set_variant({variant!r})"
-            target = str(Path(folder) / "a.####.exr")
-            words += "-o", target, "--overwrite", "--json", "--variant", variant
 
-        def turn(cache: Path) -> list[int]:
+        def turn(variant: str, cache: Path) -> list[int]:
+            imports, own = "import numpy, numba, scipy, pydantic, click", words
+            if variant:
+                imports += f", drjit, OpenEXR, mitsuba; mitsuba.set_variant({variant!r})"
+                target = str(Path(folder) / "a.####.exr")
+                own += "-o", target, "--overwrite", "--json", "--variant", variant
             environment = {k: v for k, v in os.environ.items() if k != "NUMBA_CACHE_DIR"}
             environment[VARIABLE] = str(cache)
             _, imported_s, _ = run_timed((sys.executable, "-c", imports), environment)
-            command = sys.executable, "-m", "lodbench", *words
+            command = sys.executable, "-m", "lodbench", *own
             said, wall_s, cpu_s = run_timed(command, environment)
-            own = json.loads(said.splitlines()[0])["seconds"]["trace"] if variant else 0.0
-            return [round(1e6 * s) for s in (imported_s, own, wall_s, cpu_s)]
+            traced_s = json.loads(said.splitlines()[0])["seconds"]["trace"] if variant else 0.0
+            return [round(1e6 * s) for s in (imported_s, traced_s, wall_s, cpu_s)]
 
-        kept = Path(folder, "kept")
-        turns = {"cold": [turn(Path(folder, f"cold{k}")) for k in range(cold)]}
-        if warm:
-            turn(kept)  # keeps what is not there yet
-        turns["warm"] = [turn(kept) for _ in range(warm)]
-    for how, rows in turns.items():
-        if rows:
-            names = "imports_us", "trace_us", "command_us", "command_cpu_us"
-            found = dict(zip(names, map(list, zip(*rows, strict=True)), strict=True))
-            named = {"topic": "start", "command": name, "kept": how}
-            points.append(Point(named, samples=columns(found)))
-    return points
+        turns = [("cold", f"cold{k}") for k in range(cold)]
+        # The first with a folder keeps what is not there yet.
+        turns += [("", "kept")] * (warm > 0) + [("warm", "kept")] * warm
+        for how, name in turns:
+            for variant in variants or ("",):
+                found = turn(variant, Path(folder, name + variant))
+                rows.setdefault((variant, how), []).append(found)
+    names = "imports_us", "trace_us", "command_us", "command_cpu_us"
+    topic, command = "variants" if len(variants) > 1 else "start", f"lodbench {' '.join(words)}"
+    return [
+        Point(
+            {"topic": topic, "command": command, "variant": variant, "kept": how},
+            samples=columns(dict(zip(names, map(list, zip(*row, strict=True)), strict=True))),
+        )
+        for (variant, how), row in rows.items()
+        if how
+    ]
 
 
 def _over_imports(point: Point) -> Reals:
     names = "command_us", "imports_us", "trace_us"
     command, imports, traced = (point.values(name) for name in names)
     return np.asarray(command / (imports + traced))
+
+
+def variants_claims(points: Sequence[Point]) -> Iterator[Claim]:
+    """Bound the time to trace a frame in scalar code by that in LLVM's, turn by turn."""
+    for (command,), both in grouped(where(points, kept="warm"), "command").items():
+        scalar, jit = (where(both, variant=v)[0] for v in (SCALAR_VARIANT, JIT_VARIANT))
+        found = two_sided_factor(scalar.values("trace_us") / jit.values("trace_us"))
+        estimand, of = f"time to trace, {SCALAR_VARIANT} ÷ {JIT_VARIANT}", {"command": command}
+        yield claim(estimand, at_most(8), of, found, unit="turn", source="asked")
 
 
 def start_claims(points: Sequence[Point]) -> Iterator[Claim]:
@@ -182,7 +198,7 @@ def start_tables(record: Record) -> Iterator[tuple[str, Table]]:
         enough = len(found) >= LEAST_REPEATS
         rows.append(
             (
-                f"{point.case['command']}, {point.case['kept']}",
+                f"{point.case['command']} {point.case.get('variant', '')}, {point.case['kept']}",
                 *(f"{np.median(us) / 1e6:.2f}" for us in columns_us),
                 f"{two_sided_median(found):.2f}" if enough else f"{np.median(found):.2f}",
             )

@@ -67,7 +67,7 @@ def fade_factors(cut: Cut, view: View) -> Reals:
     parts = cut.parts
     columns = parts.position, parts.centre, parts.bound, parts.limit, parts.limit_offscreen
     vantage = compile_view(view)
-    kept = np.zeros(0) if parts.kept is None else parts.kept
+    kept = np.broadcast_to(0.0, 0) if parts.kept is None else parts.kept  # both read-only
 
     shown = np.ones(len(parts))
 

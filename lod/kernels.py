@@ -12,8 +12,12 @@ from collections.abc import Callable
 from typing import Any
 
 import numba
+import numpy as np
 from numba.core.caching import CompileResultCacheImpl, FunctionCache
 from numba.core.serialize import dumps
+
+ZERO, ONE = np.int64(0), np.int64(1)
+"""For arguments of kernels: of one that is called with a bare 0 Numba compiles two."""
 
 
 def njit(*, cache: bool, **options: Any) -> Callable[[Callable[..., Any]], Any]:

@@ -18,8 +18,7 @@ LLVM_PATH = "DRJIT_LIBLLVM_PATH"
 def packaged_library() -> Path | None:
     """Path of the libLLVM that the package karellen-llvm-core brings into the environment, or None.
 
-    It is a link that is made when Python first starts as a user who may write there: who builds a
-    read-only environment, as an image, starts Python once before it is closed.
+    It is found without the links that are made when Python first starts in the environment.
     """
     bases = (sys.prefix, site.getuserbase() if site.ENABLE_USER_SITE else sys.prefix)
     found = (each for base in bases for each in sorted(Path(base, "lib").glob("libLLVM.so.*")))

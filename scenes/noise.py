@@ -412,7 +412,8 @@ def _sum_octaves(
     crest: float,
 ) -> np.ndarray:
     """Run a kernel on all points, in threads, each of which adds to rows of ``sums`` of its own."""
-    points, least = np.ascontiguousarray(xy, np.float64), np.ascontiguousarray(shortest)
+    points, least = np.ascontiguousarray(xy, np.float64).view(), np.ascontiguousarray(shortest)
+    points.flags.writeable = False  # as many callers' are, or there are two kernels of one
 
     def run(first: int, last: int) -> None:
         rows = slice(first, last)

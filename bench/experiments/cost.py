@@ -6,8 +6,8 @@ cores. ``world`` times the first frame of worlds of 10³ to 10¹⁵ objects, up 
 turns, in CPU seconds of one thread; unpruned, every object of a finite window is displayed, up to a
 stated number of parts. ``memory`` holds the memory model against fresh processes, ``speed`` the
 compiled walks against the bytes that must move, ``start`` commands from the shell against the
-imports that they need, and ``settings`` the way that frames are sampled against others, by noise
-times processor's time.
+imports that they need, ``variants`` scalar code against LLVM's, and ``settings`` the way that
+frames are sampled against others, by noise times processor's time.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -43,9 +43,10 @@ from bench.timing import (
     speed_tables,
     start_claims,
     start_tables,
+    variants_claims,
 )
 from lod.arrays import Reals
-from scenes.render.variants import choose, works
+from scenes.render.variants import JIT_VARIANT, SCALAR_VARIANT, choose, works
 
 
 def _measure_size(case: Size, seed: int) -> list[Point]:
@@ -331,11 +332,21 @@ def _memory_cases(scenes: int, frames: int) -> list[Case]:
 
 
 def _start_cases(presets: Sequence[str], warm: int, cold: int) -> list[Case]:
-    frames = (("render", preset, "--size", "640x360", "--spp", "16") for preset in presets)
     return [
-        partial(measure_command, ("count", "meadow"), warm, cold, None),
-        *(partial(measure_command, words, warm, cold, choose()) for words in frames),
+        partial(measure_command, ("count", "meadow"), warm, cold, ()),
+        *_frame_cases(presets, "640x360", warm, cold, (choose(),)),
     ]
+
+
+def _frame_cases(
+    presets: Sequence[str],
+    size: str,
+    warm: int,
+    cold: int = 0,
+    variants: Sequence[str] = (SCALAR_VARIANT, JIT_VARIANT),
+) -> list[Case]:
+    frames = (("render", preset, "--size", size, "--spp", "16") for preset in presets)
+    return [partial(measure_command, words, warm, cold, variants) for words in frames]
 
 
 EXPERIMENT = Experiment(
@@ -406,6 +417,16 @@ EXPERIMENT = Experiment(
             full={"presets": ["meadow", "forest"], "warm": 9, "cold": 1},
             quick={"presets": [], "warm": 2, "cold": 0},
             seconds=(700.0, 20.0),
+            apart=True,
+        ),
+        "variants": Topic(
+            about="seconds to trace a frame in scalar code and in LLVM's, in turns",
+            cases=_frame_cases,
+            claims=variants_claims,
+            tables=start_tables,
+            full={"presets": ["meadow", "forest"], "size": "320x180", "warm": 9},
+            quick={"presets": ["fly_in"], "size": "64x36", "warm": 2},
+            seconds=(900.0, 40.0),
             apart=True,
         ),
         "settings": Topic(

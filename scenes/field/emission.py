@@ -12,7 +12,7 @@ import numpy as np
 
 from lod.arrays import Ints, Reals
 from lod.crossfade import radius_factor
-from lod.kernels import njit
+from lod.kernels import ONE, ZERO, njit
 from lod.shapes import Sticks, Triangles
 from lod.threads import map_chunks
 from scenes.field.part_tables import DisplayedSticks, PartTables
@@ -70,7 +70,7 @@ def _emit(t, instances, objects, displayed, table, out):  # type: ignore[no-unty
     _, _, joint0, joint1, _, _ = table
     n = len(stick)
     buffers = pose_buffers(t.max_joints)
-    m = 0
+    m = ZERO
     while m < n:
         o, first = objects[owner[m]], m
         pose = begin_pose(t, buffers, instances, o)
@@ -78,7 +78,7 @@ def _emit(t, instances, objects, displayed, table, out):  # type: ignore[no-unty
             mark_joint(t, buffers, pose, joint0[stick[m]] + 1)
             mark_joint(t, buffers, pose, joint1[stick[m]] + 1)
             m += 1
-        pose_marked(t, buffers, pose, instances.foot_contacts, o, 1, pose.joints)
+        pose_marked(t, buffers, pose, instances.foot_contacts, o, ONE, pose.joints)
         _emit_object(buffers.frame, stick, share, table, out, first, m)
 
 
@@ -86,7 +86,7 @@ def _emit(t, instances, objects, displayed, table, out):  # type: ignore[no-unty
 def _emit_object(frame, stick, share, table, out, first, last):  # type: ignore[no-untyped-def]
     start, end, joint0, joint1, radius0, radius1 = table
     starts, ends, radii = out
-    row, turn = 0, rotation_matrix(frame, 0)
+    row, turn = ZERO, rotation_matrix(frame, ZERO)
     for m in range(first, last):
         k = stick[m]
         if joint0[k] + 1 != row:

@@ -15,7 +15,7 @@ import numpy as np
 
 from lod.arrays import Reals
 from lod.hierarchy import Hierarchy
-from lod.kernels import njit
+from lod.kernels import ZERO, njit
 from lod.threads import map_chunks
 from lod.view import View, compile_view, distance_to, is_displayed, sphere_in_frustum
 from scenes.field.part_tables import PartTables
@@ -208,7 +208,7 @@ def _traverse(given, first, last, out):  # type: ignore[no-untyped-def]
                 if known == _BY_POSITION:
                     if not begun:
                         pose = begin_pose(t, buffers, instances, o)
-                        turn, begun = rotation_matrix(frame, 0), True
+                        turn, begun = rotation_matrix(frame, ZERO), True
                     row = np.int64(nodes[k, 1])
                     if state[row] != POSED:
                         lowest = mark_joint(t, buffers, pose, row)
@@ -254,7 +254,7 @@ def _decide_by_view(view, rest, displacement, radius):  # type: ignore[no-untype
 def _node_origin(frame, row, turn, origin, k):  # type: ignore[no-untyped-def]
     x, y, z = origin[k, 0], origin[k, 1], origin[k, 2]
     if row == 0:
-        place = transform_point(frame, 0, turn, x, y, z)
+        place = transform_point(frame, ZERO, turn, x, y, z)
     elif x == 0.0 and y == 0.0 and z == 0.0:
         place = frame[row, 0], frame[row, 1], frame[row, 2]
     else:

@@ -398,12 +398,13 @@ def bare_shading(ground: GroundInView, points: Points) -> Shading:
     shown = 2 * spacing
     grown = np.maximum(shown, GRASS_WAVE_M)
     steep = relief.slopes(corner, xy, np.column_stack((grown, shown)))
+    finest = np.ascontiguousarray(steep[:, 2:])
     hidden = relief.left_out_slope_variance(shown)
     growing = relief.left_out_slope_variance(grown)
     growing = np.maximum(growing - relief.left_out_slope_variance(np.array([GRASS_WAVE_M])), 0.0)
     share = growing / np.maximum(hidden, 1e-12)
-    seen, vague = seen_slopes(steep[:, 2:], hidden, share, view.camera.eye - points)
-    seen += steep[:, :2] - steep[:, 2:]
+    seen, vague = seen_slopes(finest, hidden, share, view.camera.eye - points)
+    seen += steep[:, :2] - finest
     rise, slope = points[:, 2] / (relief.amplitude or 1.0), np.hypot(seen[:, 0], seen[:, 1])
     albedo = ground_colours(relief.seed, corner, xy, rise, slope, vague, spacing, ground.materials)
     return np.concatenate((steep, hidden[:, None], albedo), axis=1)

@@ -5,9 +5,9 @@ The tables of what stands in the scene are in ``scenes.presets.things``.
 
 import math
 from itertools import pairwise
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from lod.errors import InputError
 from scenes.presets.things import (
@@ -325,7 +325,11 @@ class OutputPreset(Table):
 
 
 class Preset(Table):
-    """A whole scene with its camera and quality, as one TOML file says it."""
+    """A whole scene with its camera and quality, as one TOML file says it.
+
+    What has names that the user chose is in the order of these: species get their ids in that
+    order, and it is no part of a settings hash, for which there must be one frame.
+    """
 
     about: str = key("one line on what this preset shows", "")
     seed: Annotated[int, Field(ge=0, le=LARGEST_SEED)] = key(
@@ -352,6 +356,11 @@ class Preset(Table):
     )
     render: RenderPreset = RenderPreset()
     output: OutputPreset = OutputPreset()
+
+    @field_validator("species", "placed", "plumes", "representations", "actors", "troupes")
+    @classmethod
+    def _by_name(cls, tables: dict[str, Any]) -> dict[str, Any]:
+        return dict(sorted(tables.items()))
 
     @model_validator(mode="after")
     def _agree(self) -> "Preset":

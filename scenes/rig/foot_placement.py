@@ -26,7 +26,7 @@ import numpy as np
 from jaxtyping import Float64
 
 from lod.arrays import Ints, Reals, frozen
-from lod.kernels import njit
+from lod.kernels import ZERO, njit
 from scenes.rig.leg_ik import (
     ACROSS,
     AHEAD,
@@ -158,7 +158,7 @@ def _place_bodies(tables, where, ground):  # type: ignore[no-untyped-def]
 
     ground  (m,) heights at ``_contact_points`` [m]
     """
-    n, m, leg, hip = len(where.prototype), 0, tables.legs.leg, tables.hip
+    n, m, leg, hip = len(where.prototype), ZERO, tables.legs.leg, tables.hip
     max_legs = tables.max_legs
     base, contacts, planes = np.empty(n), np.zeros((n, max_legs, 6)), np.empty((max_legs, 3))
     for o in range(n):

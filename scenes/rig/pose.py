@@ -16,7 +16,7 @@ import numpy as np
 
 from lod.arrays import Ints, Points, frozen
 from lod.errors import InputError
-from lod.kernels import njit
+from lod.kernels import ONE, ZERO, njit
 from lod.threads import map_chunks
 from scenes.rig.leg_ik import (
     AHEAD,
@@ -264,7 +264,7 @@ def _pose_points(tables, instances, each, places, joints, out):  # type: ignore[
         while m < len(rows) and rows[m] == o:
             mark_joint(tables, buffers, pose, joints[items[m]] + 1)
             m += 1
-        pose_marked(tables, buffers, pose, instances.foot_contacts, o, 1, pose.joints)
+        pose_marked(tables, buffers, pose, instances.foot_contacts, o, ONE, pose.joints)
         _place_points(buffers.frame, items[first:m], places, joints, out[first:m])
 
 
@@ -292,7 +292,7 @@ def transform_point(frame, row, rotation, x, y, z):  # type: ignore[no-untyped-d
 
 @njit(cache=True)
 def _place_points(frame, items, places, joints, out):  # type: ignore[no-untyped-def]
-    row, rotation = 0, rotation_matrix(frame, 0)
+    row, rotation = ZERO, rotation_matrix(frame, ZERO)
     for m in range(len(items)):
         k = items[m]
         if joints[k] + 1 != row:

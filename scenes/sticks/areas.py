@@ -208,7 +208,8 @@ def _climb(first, start, end, r0, r1, best, largest):  # type: ignore[no-untyped
                 disc1 = along(end[a:b], x), along(end[a:b], y), r1[a:b]
                 area = _union_area(*disc0, *disc1, FINE)
                 if area > largest[i]:
-                    largest[i], best[i] = area, direction
+                    largest[i] = area
+                    best[i, 0], best[i, 1], best[i, 2] = direction
     return largest
 
 

@@ -100,17 +100,14 @@ def make_acting(
 
 
 def preset_roles(preset: Preset) -> Iterator[Role]:
-    """List every actor of a preset, in the order of their names: its own, then its troupes'.
-
-    Settings that travel to other processes have no other order (``preset_from_settings``).
-    """
-    for name, table in sorted(preset.actors.items()):
+    """List every actor of a preset: its own, then its troupes'."""
+    for name, table in preset.actors.items():
         if name == CAMERA:
             raise InputError(
                 f"actors.{name}", name, "a name of its own", "the camera has that name"
             )
         yield Role(name, table)
-    for name, troupe in sorted(preset.troupes.items()):
+    for name, troupe in preset.troupes.items():
         rng = own_random_numbers(preset.seed, name)
         places = _places(rng, troupe.count, troupe.side, f"troupes.{name}")
         for k, (x, y) in enumerate(places.tolist()):

@@ -23,15 +23,9 @@ import sys
 from pathlib import Path
 from scenes.processes import cache
 cache.FITTED = Path()
-from scenes.presets.load import load_preset
-from scenes.render.exr.header import frame_settings, preset_from_settings
 from scenes.scene import Scene
-preset = load_preset(sys.argv[1])
-Scene(preset).input(1)
-Scene(preset_from_settings(frame_settings(preset, "scalar_rgb"))).input(1)
+Scene(sys.argv[1]).input(1)
 """
-"""As Python makes a frame, and as a command does: settings have the species by name, and the order
-of species is part of what a stand is kept by."""
 
 _EPOCH = (1980, 1, 1, 0, 0, 0)  # so that equal arrays make equal files
 

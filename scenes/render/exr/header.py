@@ -235,22 +235,12 @@ def frame_settings(preset: Preset, variant: str, track: str | None = None) -> di
 def preset_from_settings(settings: Settings) -> Preset:
     """Check the preset that settings hold. Raises InputError for what no preset can be, which names
     the version that wrote it where that is another.
-
-    Tables are put in the order of their names: species get their ids in that order, and presets
-    that differ in it alone have the same settings hash, so they must give the same frame.
     """
     tables = {name: each for name, each in settings.items() if name not in _BESIDE}
     try:
-        return preset_from(_in_order_of_names(tables), source="settings")
+        return preset_from(tables, source="settings")
     except InputError as error:
         if (made := settings.get("software")) == software():
             raise
         rule = f"settings of {software()} ({error.where}: {error.rule})"
         raise InputError("frame", made, rule, "render it again") from None
-
-
-def _in_order_of_names(table: Mapping[str, Any]) -> dict[str, Any]:
-    return {
-        name: _in_order_of_names(each) if isinstance(each, Mapping) else each
-        for name, each in sorted(table.items())
-    }

@@ -175,6 +175,19 @@ def test_a_warm_command_is_held_against_its_imports_and_its_trace():
     assert EXPERIMENT.judged((command("count", 2, 3.5),)) == ()
 
 
+def test_scalar_code_is_held_against_the_jit_variant_turn_by_turn():
+    def frame(variant, times):
+        case = {"topic": "variants", "command": "render", "kept": "warm", "variant": variant}
+        us = {"imports_us": [1] * 8, "command_us": [1] * 8, "trace_us": times}
+        return Point(case, samples=columns(us))
+
+    times = list(range(100, 180, 10))
+    for factor, verdict in ((7, "holds"), (9, "refuted")):
+        slow = frame("scalar_rgb", [factor * each for each in times])
+        (found,) = EXPERIMENT.judged((slow, frame("llvm_ad_rgb", times)))
+        assert (found.verdict, found.measured) == (verdict, pytest.approx(factor))
+
+
 def test_memory_is_held_against_its_estimate_and_does_not_grow():
     def held(said, *peaks):
         named = {"topic": "memory", "preset": "zoo", "variant": "x", "settings": "y"}
@@ -197,7 +210,7 @@ def test_every_stage_of_a_real_frame_is_timed():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("topic", ["cost", "world", "speed", "settings"])
+@pytest.mark.parametrize("topic", ["cost", "world", "speed", "settings", "variants"])
 def test_a_small_run_is_measured_judged_and_shown(topic, monkeypatch):
     monkeypatch.setattr(frame_costs, "WORLDS", (1e3, 1e6, 1e12))
     monkeypatch.setattr(frame_costs, "UNPRUNED", (1e2, 3e2, 1e3))
@@ -205,11 +218,11 @@ def test_a_small_run_is_measured_judged_and_shown(topic, monkeypatch):
     monkeypatch.setattr(timing, "sampling_settings", lambda: few)
     sizes = EXPERIMENT.topics[topic].sizes("quick")
     small = {"processes": 1, "worlds": {"meadow": [20.0]}, "fields": 2, "size": "32x18", "spp": 4}
-    small |= {"samples": [4, 16], "repeats": 8, "pairs": 1}
+    small |= {"samples": [4, 16], "repeats": 8, "pairs": 1, "warm": 1}
     sizes |= {name: value for name, value in small.items() if name in sizes}
     points = [p for case in EXPERIMENT.topics[topic].cases(**sizes) for p in case(0)]
     assert {p.case["topic"] for p in points} == {topic}
-    if topic in ("cost", "speed", "settings"):
+    if topic in ("cost", "speed", "settings", "variants"):
         mine = replace(EXPERIMENT.topics[topic], claims=lambda points: ())
         judged = replace(EXPERIMENT, topics={topic: mine})
         assert judged.tables(record_of(judged, merge_points(points)))
@@ -252,13 +265,17 @@ def asked(monkeypatch):
 
 
 def test_cold_commands_find_nothing_kept_and_warm_ones_the_same(asked):
-    cold, warm = timing.measure_command(("count", "meadow"), 8, 2, None, 0)
+    cold, warm = timing.measure_command(("count", "meadow"), 8, 2, (), 0)
     assert (cold.case["kept"], warm.case["kept"]) == ("cold", "warm")
     assert [word for word, _ in asked] == ["-c", "-m"] * 3 + ["-c", "-m"] * 8
     assert len({cache for word, cache in asked if word == "-m"}) == 3
     assert warm.column("imports_us") == [500_000] * 8 and not any(warm.column("trace_us"))
-    (first,) = timing.measure_command(("render", "meadow"), 0, 1, JIT_VARIANT, 0)
+    (first,) = timing.measure_command(("render", "meadow"), 0, 1, (JIT_VARIANT,), 0)
     assert first.column("trace_us") == [1_500_000]
+    scalar, jit = timing.measure_command(("render",), 2, 0, ("scalar_rgb", JIT_VARIANT), 0)
+    assert (scalar.case["variant"], jit.case["variant"]) == ("scalar_rgb", JIT_VARIANT)
+    used = [cache for word, cache in asked[-12:] if word == "-m"]  # in turns, once to keep
+    assert used[:2] * 3 == used and used[0] != used[1]
 
 
 def test_noise_is_the_variance_over_the_squared_light():
