@@ -259,7 +259,7 @@ def test_a_walk_and_its_first_frame_come_to_the_judge_as_they_are_displayed(monk
 
     def judge(tested, whole, fps):
         asked.append((whole.shape, fps))
-        return {name: 10 - float(np.abs(each - whole).mean()) for name, each in tested.items()}
+        return {name: [10 - float(np.abs(each - whole).mean())] for name, each in tested.items()}
 
     monkeypatch.setattr(experiment, "just_objectionable_differences", judge)
     place = Place("crowd", 1, "in turn", ("render.size=48x27", "seed=901", "view.detail=8"))
