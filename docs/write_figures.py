@@ -5,7 +5,8 @@ a pattern is one of names of claims as of files (``parts_over*/blake/*``), and e
 ``<!-- end of claims -->``. ``<!-- figure: EXPERIMENT NAME PANELS -->`` begins a figure of
 ``report.md``, of which so many panels are shown, or all; it ends with ``<!-- end of figure -->``.
 Between ``<!-- found -->`` and ``<!-- end of found -->`` stand the titles of SIX figures.
-`make docs` fills all pages, and a test compares.
+`make docs` fills all pages, and a test compares. Figures of a record whose experiment
+asks something else today cannot be drawn again: those blocks and rows stay as they were.
 """
 
 import json
@@ -19,6 +20,7 @@ from pathlib import Path
 
 from bench.records.claims import Claim, claim_from
 from bench.report.document import MARKS
+from bench.report.write import OTHER_VERSION
 
 ROOT = Path(__file__).parents[1]
 REFERENCE = ROOT / "results" / "reference"
@@ -52,10 +54,21 @@ def filled(text: str, folder: str = "reference") -> str:
     Raises ValueError for a pattern without a claim, and for a figure that is not there.
     """
     text = _BLOCK.sub(lambda found: f"{found[1]}\n{_table(*found[2].split())}\n\n{found[3]}", text)
-    text = _FOUND.sub(lambda found: f"{found[1]}\n{_found(folder)}\n\n{found[2]}", text)
+    text = _FOUND.sub(lambda old: f"{old[1]}\n{_found(folder, old[0])}\n\n{old[2]}", text)
     return _FIGURE.sub(
-        lambda found: f"{found[1]}\n{_figure(folder, *found[2].split())}\n\n{found[3]}", text
+        lambda old: (
+            old[0]
+            if _is_other_today(old[2].split()[0])
+            else f"{old[1]}\n{_figure(folder, *old[2].split())}\n\n{old[3]}"
+        ),
+        text,
     )
+
+
+def _is_other_today(experiment: str) -> bool:
+    report = (REFERENCE / "report.md").read_text(encoding="utf-8")
+    section = re.search(rf"^## {experiment}: .*?(?=^## |\Z)", report, re.S | re.M)
+    return section is not None and OTHER_VERSION in section[0]
 
 
 def folder_of(page: Path) -> str:
@@ -71,11 +84,12 @@ def _figure(folder: str, experiment: str, name: str, panels: str = "99") -> str:
     return "\n\n".join(filter(None, (f"**{title}.**", key, " ".join(images.values()), caption)))
 
 
-def _found(folder: str) -> str:
+def _found(folder: str, old: str) -> str:
+    was = dict(re.findall(r"^\| ([^|]*\?) \| ([^|]*) \|", old, re.M))
     lines = [
         (
             question,
-            f"{_drawn(experiment, name)[0]}.",
+            was[question] if _is_other_today(experiment) else f"{_drawn(experiment, name)[0]}.",
             f"[{page}]({folder.removesuffix('reference')}{page}.md)",
         )
         for question, experiment, name, page in SIX

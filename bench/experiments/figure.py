@@ -431,22 +431,24 @@ def plots(record: Record) -> tuple[Plot, ...]:
         f"Means over {first.counts.shape[1]} random poses and directions, τ = {DETAIL_PX:g} px. "
         f"The local exponent is the slope of logarithms within a factor {_REACH:g} of the distance "
         "to either side, where more than one part is displayed and not all. Shaded: the paper's "
-        "square root, −0.5 ± 0.1. Below: three laws over the distances at which the person is "
-        "visible, with R² of counts. Every species × metric stands in the table of exponents."
+        "square root, −0.5 ± 0.1. Last: three laws over the distances at which the person is "
+        "visible, with R² of counts in their order. Every species × metric stands in the table of "
+        "exponents."
     )
     return figure("parts", title, caption, panels), _sizes_plot(record)
 
 
 def _laws_panel(curve: Counted) -> Panel:
     """Draw what three laws make of one curve."""
-    each, chosen = _against_distance("counted", curve), next(iter(curve.readings().values()))
+    each, chosen = _against_distance(curve.metric, curve), next(iter(curve.readings().values()))
     at = np.exp(np.log(curve.distances).mean(axis=1)).tolist()
-    drawn = []
-    for name, (r2, fit) in fitted_laws(curve, chosen).items():
+    laws = fitted_laws(curve, chosen)
+    drawn = [each]
+    for name, (_, fit) in laws.items():
         line = [(x, y) for x, y in zip(at, fit, strict=True) if y > 0.5]
-        label = f"{name}, R² {_signed(r2)}"
-        drawn.append(Drawn(label, [], [], line=([x for x, _ in line], [y for _, y in line])))
-    return Panel(f"Three laws, {curve.metric}", (_FAR, "parts displayed"), [each, *drawn])
+        drawn.append(Drawn(name, [], [], line=([x for x, _ in line], [y for _, y in line])))
+    told = ", ".join(_signed(r2) for r2, _ in laws.values())
+    return Panel(f"{curve.metric}: R² {told}", (_FAR, "parts displayed"), drawn)
 
 
 _FAR = "distance of the eye (m)"
