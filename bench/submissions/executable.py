@@ -121,8 +121,8 @@ def execute(words: Sequence[str], log: Path, timeout_s: float = LONGEST_S) -> Ex
         why = "took too long" if seconds >= timeout_s else f"exit code {child.returncode}"
         rule = f"a program that ends well ({said[-1][:200] if said else 'it printed nothing'})"
         raise InputError("--command", f"{words[0]}: {why}", rule, f"see {log}")
-    peak = max(peaks[0], used.ru_maxrss * 1024)
-    return Executed(seconds, used.ru_utime + used.ru_stime, peak, _stages(said))
+    # Not ru_maxrss: it begins at what this process held when it forked.
+    return Executed(seconds, used.ru_utime + used.ru_stime, peaks[0], _stages(said))
 
 
 def _end(pid: int) -> None:

@@ -310,7 +310,8 @@ def an_edge(made):
 FAULTS = {
     "plants 3 % too bright": (bright_plants, "luminance", "refuted"),
     "5 % of blades missing beyond 40 m": (fewer_blades, "coverage", "inconclusive"),
-    "an edge of 4 %": (an_edge, "luminance", "refuted"),
+    # In three places its interval reaches into the margin: it holds no longer, and is not refuted.
+    "an edge of 4 %": (an_edge, "luminance", "inconclusive"),
 }
 """What is planted, what of the picture it changes, and the verdict that it turns "holds" into. One
 blade in twenty is less than 1 % of coverage where blades overlap, which the margin of 2 % allows:

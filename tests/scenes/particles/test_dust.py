@@ -217,7 +217,7 @@ def test_the_preset_says_where_the_wind_blows_to():
     }
     scene = Scene(preset_from(tables))
     world = scene.world
-    assert [each.azimuth_deg for each in world.plumes] == [180.0, 30.0]
+    assert [each.azimuth_deg for each in world.plumes] == [30.0, 180.0]
     (south,) = world.dust
     assert south.drift(1.0) == pytest.approx((0.0, -wind_near_ground(9.0)))
     default = replace(dust(wind=9, few=True), wind_azimuth_deg=180.0)

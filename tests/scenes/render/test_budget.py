@@ -85,6 +85,6 @@ def test_a_reference_leaves_nothing_out_and_is_as_fine_as_memory_allows():
 def test_more_memory_makes_a_finer_reference():
     few = ["world.extent=300", "species.figure.prototypes=2", "species.tree.density=0"]
     asked = load_preset("crowd", ['render.size="64x36"', *few])
-    most = (500_000_000, 700_000_000, 900_000_000)
+    most = (440_000_000, 480_000_000, 900_000_000)
     details = [reference_preset(asked, (1,), each).view.detail for each in most]
-    assert details == sorted(details, reverse=True) and details[0] > details[-1]
+    assert details[0] > details[1] > details[2]

@@ -137,9 +137,10 @@ def test_a_session_estimates_each_frame_once_and_renders_none(tmp_path, monkeypa
 
 
 _HELD = """
-import resource, sys
+import sys
 from pathlib import Path
 from scenes.presets.load import load_preset
+from scenes.processes.memory_limit import peak_rss_bytes
 from scenes.render import memory
 from scenes.render.exr.header import frame_settings
 from scenes.render.frame_session import FrameSession
@@ -153,7 +154,7 @@ if variant is None:
 else:
     path = Path(sys.argv[1]) / "a.0001.exr"
     FrameSession(frame_settings(scene.preset, variant)).render(1, path, most_bytes=0)
-print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024)
+print(peak_rss_bytes())
 """
 SMALL = 'render.size="320x180"', "render.spp=2"
 HELD = [
