@@ -127,6 +127,7 @@ def _candidates(tested: np.ndarray, reference: np.ndarray) -> Iterator[tuple[str
     yield "upside down", reference[::-1]
     yield "turned by 180°", reference[::-1, ::-1]
     yield "red and blue exchanged", reference[..., ::-1]
+    yield "gamma of sRGB, not linear light", to_srgb(reference, 1.0, "linear")
     lit = (tested > 1e-6) & (reference > 1e-6)
     x, y = np.log(reference[lit]), np.log(tested[lit])
     if len(x) > 1:
@@ -141,8 +142,6 @@ def _candidates(tested: np.ndarray, reference: np.ndarray) -> Iterator[tuple[str
         light = np.maximum(reference, 0.0)
         if power > 0 and abs(power - 1) > 2 * LEAST_EXPOSURE:
             yield f"gamma {1 / power:.2f}", np.exp(offset) * light**power
-        encoded = to_srgb(reference, 1.0, "linear")
-        yield "gamma of sRGB, not linear light", encoded
     for sigma in (1.0, 2.0, 4.0):
         blurred = gaussian_filter(reference, (sigma, sigma, 0), mode="nearest")
         yield f"blurred by {sigma:g} px", blurred

@@ -11,7 +11,7 @@ from lod.camera import Camera
 from scenes.frame.frame_input import FrameInput
 from scenes.render.render import render_frame
 
-SAMPLES = 16
+SAMPLES = 64
 """Samples of a pixel of these pictures: their noise hardly biases a fit over a whole picture."""
 
 SUN_DEG = 2
@@ -52,8 +52,8 @@ def rendered_mistakes(
         f"sun azimuth +{SUN_DEG}°": content_of(recipe, size, turned).made,
         f"sun elevation +{SUN_DEG}°": content_of(recipe, size, lifted).made,
         "one frame late": replace(right.made, camera=camera_of(right, frame + 1)),
-        "without things": replace(right.made, displayed=(ground,)),
         **{f"without {each.name}": without(each.name) for each in right.made.displayed[1:]},
+        "without things": replace(right.made, displayed=(ground,)),
     }
     made = {}
     for cause, found in wrong.items():

@@ -18,12 +18,14 @@ import tempfile
 import time
 import uuid
 from collections import Counter
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, Phase, settings
 from hypothesis import strategies as st
+from hypothesis.errors import FlakyStrategyDefinition
 from hypothesis.stateful import (
     RuleBasedStateMachine,
     invariant,
@@ -339,7 +341,8 @@ def test_promises_hold_for_minutes() -> None:
     )
     while time.monotonic() < start + 60 * MINUTES:
         random.seed(time.time_ns())
-        run_state_machine_as_test(Frames, settings=plan)
+        with suppress(FlakyStrategyDefinition):  # which rules apply depends on what signals hit
+            run_state_machine_as_test(Frames, settings=plan)
         TRIED["rounds"] += 3
     assert len(TRIED) > 3
     if place := os.environ.get("LODBENCH_SOAK_RECORD"):
