@@ -6,8 +6,9 @@ cores. ``world`` times the first frame of worlds of 10³ to 10¹⁵ objects, up 
 turns, in CPU seconds of one thread; unpruned, every object of a finite window is displayed, up to a
 stated number of parts. ``memory`` holds the memory model against fresh processes, ``speed`` the
 compiled walks against the bytes that must move, ``start`` commands from the shell against the
-imports that they need, ``variants`` scalar code against LLVM's, and ``settings`` the way that
-frames are sampled against others, by noise times processor's time.
+imports that they need, ``variants`` scalar code against LLVM's, ``tracing`` our integrator against
+Mitsuba's and against intersections alone, and ``settings`` the way that frames are sampled against
+others, by noise times processor's time.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -45,6 +46,7 @@ from bench.timing import (
     start_tables,
     variants_claims,
 )
+from bench.tracing import measure_tracing, tracing_claims, tracing_tables
 from lod.arrays import Reals
 from scenes.render.variants import JIT_VARIANT, SCALAR_VARIANT, choose, works
 
@@ -427,6 +429,24 @@ EXPERIMENT = Experiment(
             full={"presets": ["meadow", "forest"], "size": "320x180", "warm": 9},
             quick={"presets": ["fly_in"], "size": "64x36", "warm": 2},
             seconds=(900.0, 40.0),
+            apart=True,
+        ),
+        "tracing": Topic(
+            about="seconds of a frame's rays by our integrator, Mitsuba's, and intersections alone",
+            cases=lambda presets, sizes, pairs: [
+                partial(measure_tracing, preset, size, pairs)
+                for preset in presets
+                for size in sizes
+            ],
+            claims=tracing_claims,
+            tables=tracing_tables,
+            full={
+                "presets": ["meadow", "crowd", "forest", "mountain"],
+                "sizes": ["640x360", "1280x720"],
+                "pairs": 8,
+            },
+            quick={"presets": ["crowd"], "sizes": ["64x36"], "pairs": 2},
+            seconds=(5400.0, 30.0),
             apart=True,
         ),
         "settings": Topic(

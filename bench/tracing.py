@@ -1,0 +1,108 @@
+"""How long the rays of a frame take by our integrator, by Mitsuba's, and by intersections alone.
+
+It is the topic ``tracing`` of the experiment ``cost``; ``scenes/render/ray_times.py`` traces.
+"""
+
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from bench.experiment import Table
+from bench.records.claims import Claim, at_most, claim
+from bench.records.records import Point, Record, columns
+from bench.statistics.estimates import LEAST_REPEATS, two_sided_factor
+from bench.timing import noise_of_pair
+from lod.arrays import Reals
+from scenes.presets.load import load_preset
+from scenes.render.render import build_frame
+from scenes.render.variants import JIT_VARIANT
+from scenes.scene import Scene
+
+
+def measure_tracing(preset: str, size: str, pairs: int, seed: int) -> Point:
+    """Trace a frame of a preset in every way with pairs of independent seeds, in turns.
+
+    Times are those of the processor on all cores [µs]: of the rays of a picture, and once of what
+    comes before; the floor has the first seed of each pair alone. Noise is as of ``noise_of_pair``
+    and light the mean radiance, both in millionths.
+    """
+    begun = time.process_time()
+    keys = f"render.size={size}", f"seed={seed}"
+    made = Scene(load_preset(preset, keys)).input(1, JIT_VARIANT)
+    frame = build_frame(made)
+    set_up_s = time.process_time() - begun
+    from scenes.render.ray_times import trace_times
+
+    spent: dict[str, list[int]] = {"ours": [], "mitsuba": [], "floor": []}
+    pictures: dict[str, list[np.ndarray]] = {way: [] for way in spent}
+    for number in (2**20, *range(2 * pairs)):  # the first compiles
+        for way, times in spent.items():
+            if way == "floor" and number % 2:
+                continue
+            quality = replace(made.quality, seed=number)
+            seconds, picture = trace_times(frame.scene, quality, way)
+            if number < 2**20:
+                times.append(round(1e6 * seconds))
+                pictures[way].append(picture)
+    light = np.mean([pictures["ours"], pictures["mitsuba"]], axis=(0, 1))
+    samples = {"set_up_us": [round(1e6 * set_up_s)]}
+    for way, times in spent.items():
+        samples[f"{way}_us"] = [round(np.mean(each)) for each in np.reshape(times, (pairs, -1))]
+        seen = pictures[way]
+        if way == "floor":
+            continue
+        noise = [noise_of_pair(*pair, light) for pair in zip(seen[::2], seen[1::2], strict=True)]
+        samples[f"{way}_noise_ppm"] = [round(1e6 * each) for each in noise]
+        samples[f"{way}_light_ppm"] = [round(1e6 * float(np.mean(each))) for each in seen]
+    case = {"topic": "tracing", "preset": preset, "size": size}
+    return Point(case, samples=columns(samples))
+
+
+def tracing_claims(points: Sequence[Point]) -> Iterator[Claim]:
+    """Bound time to equal error by Mitsuba's, and the time of rays by that of intersections."""
+    for point in points:
+        of = {name: str(point.case[name]) for name in ("preset", "size")}
+        for estimand, most, ratio in (
+            ("noise × time of rays, ours ÷ Mitsuba's", 0.55, _to_error(point)),
+            ("time of rays ÷ time to intersect them", 1.6, _times(point, "ours", "floor")),
+        ):
+            if len(ratio) >= LEAST_REPEATS:
+                found = two_sided_factor(ratio)
+                yield claim(
+                    estimand, at_most(most), of, found, unit="pair of seeds", source="asked"
+                )
+
+
+def _times(point: Point, way: str, other: str) -> Reals:
+    return np.asarray(point.values(f"{way}_us") / point.values(f"{other}_us"))
+
+
+def _to_error(point: Point) -> Reals:
+    noise = point.values("ours_noise_ppm") / point.values("mitsuba_noise_ppm")
+    return np.asarray(noise * _times(point, "ours", "mitsuba"))
+
+
+def tracing_tables(record: Record) -> Iterator[tuple[str, Table]]:
+    """Show medians; ``whole`` adds what comes before the trace to both."""
+    rows: list[tuple[str, ...]] = []
+    for point in record.points:
+        ours, theirs, floor = (point.values(f"{way}_us") for way in ("ours", "mitsuba", "floor"))
+        before = point.column("set_up_us")[0]
+        noise = point.values("ours_noise_ppm") / point.values("mitsuba_noise_ppm")
+        light = np.mean(point.values("ours_light_ppm")) / np.mean(point.values("mitsuba_light_ppm"))
+        rows.append(
+            (
+                f"{point.case['preset']}, {point.case['size']}",
+                *(f"{np.median(us) / 1e6:.2f}" for us in (ours, theirs, floor)),
+                *(f"{np.median(ours / each):.2f}" for each in (theirs, floor)),
+                f"{np.median(noise):.2f}",
+                f"{np.median(_to_error(point)):.2f}",
+                f"{np.median((ours + before) / (theirs + before)):.2f}",
+                f"{light:.5f}",
+            )
+        )
+    heads = ("frame", "ours [s]", "Mitsuba's [s]", "floor [s]", "ours ÷ Mitsuba's", "ours ÷ floor")
+    others = "noise ÷ Mitsuba's", "noise × time", "whole ÷ Mitsuba's", "light ÷ Mitsuba's"
+    yield "Processor seconds of the rays of a frame", ((*heads, *others), rows)
