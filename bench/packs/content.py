@@ -15,10 +15,9 @@ import numpy as np
 
 from lod.arrays import Ints
 from lod.camera import Camera
-from lod.crossfade import cross_fade
 from lod.errors import InputError
 from lod.metric import METRICS
-from lod.pruner import BlendWeights, Parts, prune
+from lod.pruner import BlendWeights, Parts, cross_fade, prune
 from lod.shapes import Appearance, Instanced
 from lod.view import View
 from scenes.field.species_field import SpeciesField

@@ -19,12 +19,10 @@ import numpy as np
 from jaxtyping import Float64, Int64
 
 from lod.arrays import Reals
-from lod.kernels import njit
+from lod.kernels import map_chunks, njit
 from lod.shapes import StickTable
-from lod.threads import map_chunks
-from scenes.sticks.areas import along, frame_across
-from scenes.sticks.by_view import ELEVATIONS_DEG
-from scenes.sticks.object_shapes import Shapes
+from scenes.sticks.areas import ELEVATIONS_DEG, along, frame_across
+from scenes.sticks.prototype import Shapes
 
 
 def visible_areas(

@@ -24,13 +24,11 @@ from typing import Any
 
 from lod.errors import InputError
 from scenes.files import DiskError, partial_path, stray_partials
-from scenes.processes.signals import signals_held
-from scenes.processes.streams import open_standard_streams
+from scenes.processes.streams import open_standard_streams, signals_held
 from scenes.render.exr.header import Record, Settings, software
 from scenes.render.exr.sequence import Job, commit_frame, failure, kept_record
-from scenes.render.frame_session import FrameSession
+from scenes.render.render_files import MOST_TRIES, FrameSession, answer
 from scenes.render.variants import trusting
-from scenes.render.worker import MOST_TRIES, answer
 
 _ANSWER_S = 8
 _WORKERS_S = 300

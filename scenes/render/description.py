@@ -28,10 +28,9 @@ import numpy as np
 from lod.air import Air, rgb_extinction
 from lod.camera import GRID_M, Camera, Corner
 from lod.errors import InputError
-from lod.kernels import njit
+from lod.kernels import map_chunks, njit
 from lod.pruner import Cut
 from lod.shapes import Instanced, Sticks, Triangles, batches_of
-from lod.threads import map_chunks
 from scenes.frame.frame_input import DisplayedRepresentation, FrameInput
 
 Description = dict[str, Any]

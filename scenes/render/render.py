@@ -21,16 +21,18 @@ from lod.air import Air
 from lod.camera import Camera
 from lod.errors import InputError
 from scenes.frame.frame_input import (
+    Coverage,
     DisplayedRepresentation,
     FrameInput,
+    Layers,
     Quality,
     SampleWatch,
+    add_coverage,
     sampler_seed,
 )
-from scenes.frame.layers import Coverage, Layers, add_coverage
 from scenes.render import variants
+from scenes.render.budget import check_memory
 from scenes.render.description import MEDIUM, Description, describe_frame, with_camera
-from scenes.render.memory import check_memory
 from scenes.render.pictures import check_denoiser, denoise_layers
 
 
@@ -75,11 +77,10 @@ def build(description: Description, air: Air, quality: Quality) -> BuiltFrame:
     name = variants.choose(quality.variant, quality.is_spectral)
     variants.use(name)
     from scenes.render.build import build_scene
-    from scenes.render.haze import make_haze
+    from scenes.render.light import emitters, make_haze
 
-    statistics = _statistics(description)
-    scene = build_scene(description)
-    haze = make_haze(scene, air)
+    statistics, light = _statistics(description), description["light"]
+    scene, haze = build_scene(description, emitters(light)), make_haze(light, air)
     return BuiltFrame(scene, haze, name, statistics, {"build": time.perf_counter() - start})
 
 
@@ -110,13 +111,14 @@ def move_camera(
     It must not be used with a medium if it is far from the camera before: the medium depends on the
     eye's place. The eyes of a pair are near enough.
     """
-    start = time.perf_counter()
-    from scenes.render.haze import make_haze
+    start, haze = time.perf_counter(), built.haze
+    described = with_camera(built.scene.description, camera, after)
+    if air != haze.air:
+        from scenes.render.light import make_haze
 
-    scene = built.scene
-    scene = replace(scene, description=with_camera(scene.description, camera, after))
-    haze = make_haze(scene, air)
+        haze = make_haze(described["light"], air)
     seconds = {"describe": 0.0, "build": time.perf_counter() - start}
+    scene = replace(built.scene, description=described)
     return replace(built, scene=scene, haze=haze, seconds=seconds)
 
 
