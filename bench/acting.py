@@ -6,9 +6,9 @@ the same scene on a copy of its state (a forked process) in which all are brough
 that frame alone, and in all of the ``COPIED`` frames up to it, which is longer than anybody waits.
 
 Feet are held against those of a field's walkers, who go in circles
-(``scenes.field.species_field``), by the same measure: of the heels and balls of both feet the lowest stands on the ground, as
-walkers always have a foot on it. How far does it go over the ground from one frame to the next, if
-it is the lowest in both, and how far is any below the ground?
+(``scenes.field.species_field``), by the same measure: of the heels and balls of both feet the
+lowest stands on the ground, as walkers always have a foot on it. How far does it go over the ground
+from one frame to the next, if it is the lowest in both, and how far is any below the ground?
 """
 
 import math

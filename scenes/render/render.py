@@ -31,7 +31,6 @@ from scenes.frame.frame_input import (
     sampler_seed,
 )
 from scenes.render import variants
-from scenes.render.budget import check_memory
 from scenes.render.description import MEDIUM, Description, describe_frame, with_camera
 from scenes.render.pictures import check_denoiser, denoise_layers
 
@@ -58,12 +57,8 @@ class BuiltFrame:
     seconds: dict[str, float]
 
 
-def build_frame(frame_input: FrameInput, most_bytes: int | None = None) -> BuiltFrame:
-    """Describe and build a frame; it may be traced with other seeds and samples per pixel.
-
-    Raises InputError where it is estimated to need more memory than it may (``memory_limit``).
-    """
-    check_memory(frame_input, most_bytes)
+def build_frame(frame_input: FrameInput) -> BuiltFrame:
+    """Describe and build a frame; it may be traced with other seeds and samples per pixel."""
     start = time.perf_counter()
     description = describe_frame(frame_input)
     seconds = {"describe": time.perf_counter() - start}
@@ -161,7 +156,7 @@ def render_subframes(
             built = move_camera(built, now.camera, now.air, now.after)
         else:
             built = None  # freed first: a JIT variant would count its shapes, too
-            built, displayed = build_frame(now, most_bytes=0), now.displayed
+            built, displayed = build_frame(now), now.displayed
         share = quality.spp // n + (number < quality.spp % n)
         seed = sampler_seed(quality.seed, frame, number)
         layers = trace(built, replace(quality, spp=share, seed=seed), frame, watch)
@@ -187,16 +182,13 @@ def render_frame(
     frame: int = 0,
     watch: SampleWatch = ignore_samples,
     description: Description | None = None,
-    most_bytes: int | None = None,
 ) -> Layers:
     """Render ``frame``: same arguments, same bytes, within a variant and on any thread count.
 
     description  the frame's description, where the caller made it in order to free
                  ``frame_input.displayed`` before the scene is built; its arrays are taken over, so
-                 that it cannot be used again, and who has seen to its memory. None: it is made here
-    most_bytes   that it may need, as of ``memory_limit``
-    Raises InputError for numbers that the renderer would accept silently (NaN, albedo above 1), and
-    for what is estimated to need more memory than it may.
+                 that it cannot be used again. None: it is made here
+    Raises InputError for numbers that the renderer would accept silently (NaN, albedo above 1).
     """
     if frame_input.denoise:
         check_denoiser()
@@ -204,13 +196,9 @@ def render_frame(
     is_pair = bool(frame_input.camera.baseline_m)
     seen = [_seen_by(frame_input, eye) for eye in (0, 1)] if is_pair else [frame_input]
     if frame_input.subframes:
-        check_memory(frame_input, most_bytes)
         found = [render_subframes(each, frame, watch) for each in seen]
     else:
-        if description is None:
-            built = build_frame(frame_input, most_bytes)
-        else:
-            built = build(description, air, quality)
+        built = build(description, air, quality) if description else build_frame(frame_input)
         found = []
         for each in seen:  # both eyes see one scene, built once
             now = move_camera(built, each.camera, air, each.after) if is_pair else built

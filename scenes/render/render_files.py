@@ -249,7 +249,7 @@ class FrameSession:
             taken += more
             watch(taken, samples)
 
-        layers = render_frame(frame_input, frame, count, description, most_bytes)
+        layers = render_frame(frame_input, frame, count, description)
         if layers.coverage:
             layers = with_mattes(layers, {each.object: (each.name, each.of) for each in found})
         return replace(

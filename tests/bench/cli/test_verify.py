@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from bench.cli.main import main
-from scenes.render import worker as worker_module
+from scenes.render import render_files as worker_module
 
 CHILD = """
 import os

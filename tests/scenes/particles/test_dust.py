@@ -12,12 +12,12 @@ from lod.metric import METRICS
 from lod.pruner import prune
 from lod.view import View
 from scenes.field.cells import CellSamples
-from scenes.field.species_field import Species, SpeciesField, Walkers, patrol_orbits
+from scenes.field.species_field import Species, SpeciesField, patrol_orbits
 from scenes.figures.animal_file import animal
 from scenes.ground.relief import Relief
 from scenes.models.catalogue import people
 from scenes.particles.dust import HIGH, LIFE_S, Dust, settling_speed, wind_near_ground
-from scenes.particles.footfalls import Soil, footfalls, landing
+from scenes.particles.footfalls import Soil, Walkers, footfalls, landing
 from scenes.presets.load import preset_from
 from scenes.scene import Scene
 from tests.scenes.particles.levels import drawn, level

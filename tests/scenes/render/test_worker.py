@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from lod.errors import InputError
-from scenes.render import worker as worker_module
+from scenes.render import render_files as worker_module
 from scenes.render.exr.sequence import FrameFailed, open_job
 from scenes.render.render_files import MOST_TRIES, Worker, render_left
 
