@@ -27,7 +27,6 @@ import numpy as np
 
 from lod.air import Air, haze_extinction, rgb_wavelengths
 from lod.arrays import freeze
-from scenes.render.build import load_plugin
 from scenes.render.description import Description
 
 EDGES_NM = np.arange(400.0, 721.0, 20.0)
@@ -106,7 +105,7 @@ def emitters(light: Description) -> Description:
 
 def sun_disc(light: Description) -> tuple[np.ndarray, float]:
     """Radiance of the sun's disc, (bands,), never negative, and cosine of its angular radius."""
-    emitter = load_plugin(sky(light, sky_scale=0.0))
+    emitter = mi.load_dict(sky(light, sky_scale=0.0), parallel=False)
     radius = np.radians(_SUN_APERTURE_DEG / 2)
     return np.maximum(radiance(emitter, light["to_sun"][None])[0], 0.0), float(np.cos(radius))
 
@@ -183,7 +182,8 @@ def horizon(light: Description) -> np.ndarray:
 
 def sky_radiance(light: Description, directions: np.ndarray) -> np.ndarray:
     """Radiance of the sky without its sun, (n, 3) → (n, bands); the model's negatives become 0."""
-    return np.maximum(radiance(load_plugin(sky(light, sun_scale=0.0)), directions), 0.0)
+    emitter = mi.load_dict(sky(light, sun_scale=0.0), parallel=False)
+    return np.maximum(radiance(emitter, directions), 0.0)
 
 
 @dataclass(frozen=True, eq=False)

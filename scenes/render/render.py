@@ -57,26 +57,25 @@ class BuiltFrame:
     seconds: dict[str, float]
 
 
-def build_frame(frame_input: FrameInput) -> BuiltFrame:
-    """Describe and build a frame; it may be traced with other seeds and samples per pixel."""
-    start = time.perf_counter()
-    description = describe_frame(frame_input)
-    seconds = {"describe": time.perf_counter() - start}
-    built = build(description, frame_input.air, frame_input.quality)
-    return replace(built, seconds={**seconds, **built.seconds})
+def build_frame(frame_input: FrameInput, description: Description | None = None) -> BuiltFrame:
+    """Describe and build a frame; it may be traced with other seeds and samples per pixel.
 
-
-def build(description: Description, air: Air, quality: Quality) -> BuiltFrame:
-    """Build the scene of a description, whose arrays it takes over."""
-    start = time.perf_counter()
+    description  of the frame, where the caller made it: its arrays are taken over
+    """
+    start, seconds = time.perf_counter(), {}
+    if description is None:
+        description = describe_frame(frame_input)
+        seconds["describe"] = time.perf_counter() - start
+    start, quality, light = time.perf_counter(), frame_input.quality, description["light"]
+    statistics = _statistics(description)
     name = variants.choose(quality.variant, quality.is_spectral)
     variants.use(name)
     from scenes.render.build import build_scene
     from scenes.render.light import emitters, make_haze
 
-    statistics, light = _statistics(description), description["light"]
-    scene, haze = build_scene(description, emitters(light)), make_haze(light, air)
-    return BuiltFrame(scene, haze, name, statistics, {"build": time.perf_counter() - start})
+    scene, haze = build_scene(description, emitters(light)), make_haze(light, frame_input.air)
+    seconds["build"] = time.perf_counter() - start
+    return BuiltFrame(scene, haze, name, statistics, seconds)
 
 
 def trace(
@@ -106,14 +105,10 @@ def move_camera(
     It must not be used with a medium if it is far from the camera before: the medium depends on the
     eye's place. The eyes of a pair are near enough.
     """
-    start, haze = time.perf_counter(), built.haze
+    start = time.perf_counter()
     described = with_camera(built.scene.description, camera, after)
-    if air != haze.air:
-        from scenes.render.light import make_haze
-
-        haze = make_haze(described["light"], air)
+    scene, haze = replace(built.scene, description=described), replace(built.haze, air=air)
     seconds = {"describe": 0.0, "build": time.perf_counter() - start}
-    scene = replace(built.scene, description=described)
     return replace(built, scene=scene, haze=haze, seconds=seconds)
 
 
@@ -198,7 +193,7 @@ def render_frame(
     if frame_input.subframes:
         found = [render_subframes(each, frame, watch) for each in seen]
     else:
-        built = build(description, air, quality) if description else build_frame(frame_input)
+        built = build_frame(frame_input, description)
         found = []
         for each in seen:  # both eyes see one scene, built once
             now = move_camera(built, each.camera, air, each.after) if is_pair else built

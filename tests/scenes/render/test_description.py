@@ -198,18 +198,6 @@ def test_what_glows_is_a_mesh_of_each_radiance(make):
         described(make, replace(fire, shape=replace(fire.shape, glows=-glows)))
 
 
-@pytest.mark.parametrize("row", [0, 70, 199])
-@pytest.mark.parametrize("wrong", [np.nan, np.inf, -np.inf])
-def test_one_wrong_number_is_found_in_whichever_run_it_is(make, monkeypatch, row, wrong):
-    monkeypatch.setattr("lod.kernels.get_num_threads", lambda: 3)
-    monkeypatch.setattr("scenes.render.description._SHORTEST_RUN", 10)
-    balls = make.balls([(x, 5, 0) for x in range(200)])
-    start = balls.shape.start.copy()
-    start[row, 1] = wrong
-    with pytest.raises(InputError, match="start"):
-        described(make, dataclasses.replace(balls, shape=replace(balls.shape, start=start)))
-
-
 AIR = Air(2000.0)
 
 
