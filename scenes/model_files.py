@@ -3,11 +3,9 @@
 Animals and species of trees are found by listing the folders of their files, so that a preset may
 use a new one at once. Models that the user has added lie in the user's data folder, in the form of
 ``scenes.imported.library``: they need neither the file they came from nor a library that reads it.
-Presets are checked by these names before any model is built, so nothing is built or read here.
-
-Reading a model's TOML file into a frozen dataclass or a Pydantic model, every key checked.
-
-Its fields are the keys of the file: their annotations say type and range.
+Presets are checked by these names before any model is built, so nothing is built here. A model's
+TOML file is read into a frozen dataclass or a Pydantic model whose fields are the keys of the file:
+their annotations say type and range.
 """
 
 import difflib

@@ -1,17 +1,10 @@
-"""The stick: the usual appearance of an actor (§2.3, §3.1.1).
+"""Actors: objects with a place, an appearance and parts (§2.3, §3.1.1), and quaternions (§3.3).
 
-Actors: objects with a place, an appearance and parts. ``docs/actors.md`` draws these classes, and
-sends the message of figure 4.
-
-The revolute joint: position and orientation of a part on its whole (§3.1.1, §3.3).
-
-What are vectors and components of quaternions as plain data? Tuples, which need no library.
-
-Quaternions as numbers: rotations that can be multiplied, divided and mixed with reals (§3.3).
-
-They are drjit's scalar quaternions, with components i, j, k and then the real part (x, y, z, w).
-A vector is a quaternion whose real part is 0; a rotation is one of length 1. Products combine
-rotations from the right: ``a * b`` turns by b first, then by a.
+``docs/actors.md`` draws these classes, and sends the message of figure 4. Quaternions are numbers:
+rotations that can be multiplied, divided and mixed with reals. They are drjit's scalar quaternions,
+with components i, j, k and then the real part (x, y, z, w). A vector is a quaternion whose real
+part is 0; a rotation is one of length 1. Products combine rotations from the right: ``a * b`` turns
+by b first, then by a.
 
 A drjit quaternion can be written to (``q.x = 1``), and ``==`` compares component by component.
 Therefore state is stored as a tuple (``components``), and every quaternion returned is a new one.

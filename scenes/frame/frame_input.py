@@ -1,8 +1,6 @@
 """What one frame is rendered from: what is displayed, the light, and how it is sampled.
 
-It is passed whole to the renderer, of which nothing here knows.
-
-The layers of a rendered frame, as arrays; nothing here knows the renderer.
+It is passed whole to the renderer, which gives layers: arrays. Nothing here knows of it.
 """
 
 import hashlib

@@ -1,7 +1,7 @@
 """A particle system: what is born at random, moves, changes size and colour, and dies (Blake §1.3).
 
 After W. T. Reeves, "Particle systems: a technique for modeling a class of fuzzy objects", SIGGRAPH
-'83 Proceedings, p. 359. Smoke and flames (``scenes.particles.system``) and the dust behind walkers
+'83 Proceedings, p. 359. Smoke and flames, here, and the dust behind walkers
 (``scenes.particles.dust``) are its kinds. Particles are born in clusters, here called puffs, and
 everything about one is a function of its seed, its number and the time: no frame needs another, and
 time may run any way.
@@ -15,10 +15,8 @@ the largest that a puff or particle ever has:
     R  of a particle its half length; of a puff how far anything of it can be from its middle; of a
        source the same from the middle of all its puffs
 
-Smoke and flames: puffs that rise from a place on the ground, and their particles.
-
-Puff k is born at random in the k-th of even intervals. It rises, drifts, winds about the middle of
-the plume and spreads; its particles grow, and shrink to nothing as it dies.
+Of smoke and flames puff k is born at random in the k-th of even intervals. It rises, drifts, winds
+about the middle of the plume and spreads; its particles grow, and shrink to nothing as it dies.
 """
 
 import math

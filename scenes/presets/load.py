@@ -1,8 +1,7 @@
 """Presets are TOML files: found by name or path, checked key by key, changed, and written again.
 
-The imported models of a preset are held to the hash of what they were when it was read.
-
-The keys that a preset may have, in words, and errors about them in one line.
+The imported models of a preset are held to the hash of what they were when it was read. Every key
+can be said in words, and an error about one is one line.
 """
 
 import difflib

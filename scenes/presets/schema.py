@@ -1,9 +1,4 @@
-"""What a preset may say: a frozen table per subject, keys with unit, range and default.
-
-The tables of what stands in the scene are in ``scenes.presets.schema``.
-
-What a preset says of the things in its scene: species, single objects, plumes, live actors.
-"""
+"""What a preset may say: a frozen table per subject, keys with unit, range and default."""
 
 import math
 import re

@@ -20,21 +20,16 @@ Pruning alone, without a picture (``lodbench count``), takes
 fitted to six counts (0.15 to 119 M parts, 0.04 to 13 M objects, 0.4 to 3.7 GB: 0.97 to 1.17 times
 what they took). Parts and objects are held while a picture is made, and added to what that takes.
 
-How many objects, parts and sticks of a species a view will display, before it is pruned.
+How many objects, parts and sticks of a species a view will display is estimated before it is
+pruned. The law's integral of what an object displays over the ground is taken on the nodes of the
+law's own quadrature (``lod.law.spread_nodes``), by pruning the objects of the cells that they fall
+in. Its cost does not depend on how much there is to display.
 
-The law's integral of what an object displays over the ground is taken on the nodes of the law's own
-quadrature (``lod.law.spread_nodes``), by pruning the objects of the cells that they fall in. Its
-cost does not depend on how much there is to display.
-
-A budget of parts for a sequence: one detail for all frames, chosen before any.
-
-Every frame then stands alone, and detail does not jump from frame to frame.
-
-The finest detail at which a frame holds no more parts than a budget allows.
-
-After Funkhouser & Séquin, "Adaptive display algorithm for interactive frame rates" (SIGGRAPH '93):
-the cost is given, and the detail follows. By the law of §4.1 the number of parts falls about as
-τ⁻²: a few prunes find τ.
+A budget of parts for a sequence gives one detail for all frames, chosen before any: every frame
+then stands alone, and detail does not jump. It is the finest at which a frame holds no more parts
+than the budget allows, after Funkhouser & Séquin, "Adaptive display algorithm for interactive frame
+rates" (SIGGRAPH '93): the cost is given, and the detail follows. By the law of §4.1 the number of
+parts falls about as τ⁻²: a few prunes find τ.
 """
 
 import math

@@ -1,12 +1,10 @@
-"""From a plain description to a Mitsuba scene and its cameras, in whatever variant is set.
+"""From a plain description to a Mitsuba scene, in whatever variant is set.
 
-Shapes of a description as the renderer's own, whose code is the same from frame to frame.
-
-What rays meet in a JIT variant, and what it is like there.
-
-The renderer completes a hit on an instance by calls to every shape there is from within each
-instance, which takes N². Here the shape itself completes it, in its own coordinates, and tables
-give the model that an instance shares, where it stands and how it is turned.
+Shapes become the renderer's own, whose code is the same from frame to frame. In a JIT variant
+``Surfaces`` says what rays meet. The renderer completes a hit on an instance by calls to every
+shape there is from within each instance, which takes N². Here the shape itself completes it, in its
+own coordinates, and tables give the model that an instance shares, where it stands and how it is
+turned.
 """
 
 import gc

@@ -1,11 +1,10 @@
 """A frame in a JIT variant: wavefronts of samples from Dr.Jit, with haze on every sample.
 
-Paths of light in a JIT variant: what camera rays meet, and the radiance that comes along them.
-
-All is diffuse. The sun is sampled at every vertex, and so is one of the surfaces that give light,
-if there are any; the sky is met only by rays that surfaces send by the law of the cosine. Guides
-are of the path's own first hit. The ray behind the last vertex asks only whether it meets anything:
-that would send no light that counts. Means are those of Mitsuba's ``path`` of the same depth.
+Paths of light say what camera rays meet, and the radiance that comes along them. All is diffuse.
+The sun is sampled at every vertex, and so is one of the surfaces that give light, if there are any;
+the sky is met only by rays that surfaces send by the law of the cosine. Guides are of the path's
+own first hit. The ray behind the last vertex asks only whether it meets anything: that would send
+no light that counts. Means are those of Mitsuba's ``path`` of the same depth.
 """
 
 from dataclasses import replace

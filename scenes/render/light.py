@@ -4,9 +4,8 @@ An _rgb variant renders in three bands, each with an effective wavelength; a _sp
 many as ``EDGES_NM`` leaves room for, and each holds the integral of the radiance over it. The
 airlight of haze is the sky's own radiance at the horizon, so that land fades into the sky.
 
-Transmittance T and airlight L_air of the air along rays, for L·T + L_air·(1 − T).
-
-This is Koschmieder's law (1924) with T = exp(−∫β); β has one value for each band of the picture.
+The air along rays has transmittance T and airlight L_air: L·T + L_air·(1 − T) is Koschmieder's law
+(1924) with T = exp(−∫β); β has one value for each band of the picture.
 ``air_along`` alone says what T and the added light of a ray are. jit.py calls it for samples, on
 Dr.Jit arrays, and scalar_passes.py for means over pixels, on NumPy arrays; neither does where the
 renderer traces the air itself as a medium.

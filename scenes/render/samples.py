@@ -1,6 +1,4 @@
-"""Samples of a frame are summed here, and made its layers.
-
-Camera rays: how samples are shared out, and rays through the pixels of a film.
+"""Samples of a frame: camera rays, sums over pixels, motion vectors, and the layers of all that.
 
 Counts of samples are exact, in groups that keep their strata. In a JIT variant the samples of each
 pixel stand side by side, and sums over them are made in a fixed order: a film that many threads

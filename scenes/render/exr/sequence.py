@@ -1,9 +1,8 @@
 """A sequence of frames in a folder: each whole or not there at all, and kept if it is right.
 
 A frame is its own record. Its header holds its number, every setting and a hash of the whole file
-(``seal``), so that the files alone say which frames of a folder are done; there is no index.
-
-Every frame of a folder against what it says of itself, and what is wrong rendered again.
+(``seal``), so that the files alone say which frames of a folder are done; there is no index. Each
+can be held against what it says of itself, and what is wrong be rendered again.
 """
 
 import contextlib
