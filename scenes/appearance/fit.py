@@ -22,7 +22,7 @@ from jaxtyping import Bool, Float64, Int64
 from lod.arrays import Ints, Points, Reals
 from lod.kernels import map_chunks, njit
 from lod.shapes import StickTable
-from scenes.appearance.visible_area import CrownViews, look_at
+from scenes.appearance.visible_area import CrownViews, look_at, seen_areas
 from scenes.processes.cache import kept, rounded_key
 from scenes.processes.progress import tell
 from scenes.sticks.areas import (
@@ -193,7 +193,8 @@ def _fit_level(
     thick = with_area_share(blobs, share.max())
     # Tints about the blobs' own albedos, so that all that is seen has the object's mean albedo.
     palette, sticks = parts.palette, len(kept.sticks)
-    area = full.weight @ full.seen_areas(kept.with_sticks(thick))
+    shown = kept.with_sticks(thick)
+    area = full.weight @ seen_areas(shown, full.toward, full.spacing)
     is_blob = np.zeros(len(area), np.bool_)
     is_blob[sticks : sticks + len(thick)] = True
     of_kept, of_blobs = area[~is_blob], area[is_blob]
