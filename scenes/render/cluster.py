@@ -200,8 +200,8 @@ def frame_task(
 ) -> dict[str, Any]:
     """Render a frame beside where it will stand.
 
-    Gives {record, partial}, or {input} or {disk} as worker.answer does; raises RuntimeError for
-    anything else that goes wrong, for Dask to try again.
+    Gives {record, partial}, or {input} or {disk} as render_files.answer does; raises RuntimeError
+    for anything else that goes wrong, for Dask to try again.
     """
     from distributed import get_worker
 

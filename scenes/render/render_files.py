@@ -319,7 +319,7 @@ class Worker(contextlib.AbstractContextManager):
         self.end()
 
     def __call__(self, settings: Settings, frame: int, target: Path) -> Record:
-        """Render a frame into ``target``, as FrameSession.render (frame_session.py) does.
+        """Render a frame into ``target``, as FrameSession.render does.
 
         The settings go to the process once, until others come. Raises what FrameSession raises, and
         FrameFailed for any other error and for a frame that has killed MOST_TRIES workers.

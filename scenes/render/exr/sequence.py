@@ -42,8 +42,8 @@ from scenes.render.exr.header import (
 from scenes.render.exr.layer_file import channel_types, read_pixels
 
 Render = Callable[[Settings, int, Path], Record]
-"""Renders a frame of these settings into a file. Here a Worker (worker.py) does, which passes the
-settings and the frame to a FrameSession (frame_session.py) in a process of its own."""
+"""Renders a frame of these settings into a file. Here a Worker does, which passes the
+settings and the frame to a FrameSession in a process of its own."""
 
 
 class FrameFailed(RuntimeError):
