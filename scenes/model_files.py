@@ -96,13 +96,6 @@ _UNKNOWN_KEY = ("unexpected_keyword_argument", "extra_forbidden")  # of a datacl
 T = TypeVar("T")
 
 
-def first_error(where: str, error: ValidationError) -> InputError:
-    """Return the first thing that is wrong, as Pydantic says it; ``where`` goes before its key."""
-    first = error.errors(include_url=False)[0]
-    key = ".".join(map(str, first["loc"]))
-    return InputError(f"{where}{key}", first["input"], first["msg"])
-
-
 def read_model_file(file: Traversable, kind: type[T], given: Mapping[str, Any]) -> T:
     """Read a ``kind`` from a TOML file, and from values ``given`` by the program.
 
@@ -120,11 +113,14 @@ def read_model_file(file: Traversable, kind: type[T], given: Mapping[str, Any]) 
     try:
         return TypeAdapter(kind).validate_json(text)
     except ValidationError as error:
-        raise _explain(error, file.name) from None
+        raise first_error(f"{file.name}: ", error) from None
 
 
-def _explain(error: ValidationError, file: str) -> InputError:
-    """The first thing that is wrong, in one line; an unknown key before all else."""
+def first_error(where: str, error: ValidationError) -> InputError:
+    """Return the first thing that is wrong, an unknown key before all else.
+
+    ``where`` goes before its key.
+    """
     errors = error.errors(include_url=False)
     unknown = [each for each in errors if each["type"] in _UNKNOWN_KEY]
     first = (unknown or errors)[0]
@@ -137,8 +133,8 @@ def _explain(error: ValidationError, file: str) -> InputError:
         near = difflib.get_close_matches(str(first["loc"][-1]), missing, 1)
         rule, cure = "no such key", f"did you mean {near[0]}?" if near else "take it out"
     elif first["type"] == "missing":
-        arrived, rule, cure = "missing", "a required key", "copy it from another file"
+        arrived, rule, cure = "missing", "a required key", "add it"
     # ('levels', 0, 'length') → levels[0].length; the whole file has no key.
     steps = [f"[{step}]" if isinstance(step, int) else f".{step}" for step in first["loc"]]
     key = "".join(steps).lstrip(".") or "the file"
-    return InputError(f"{file}: {key}", arrived, rule, cure)
+    return InputError(f"{where}{key}", arrived, rule, cure)

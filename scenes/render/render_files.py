@@ -149,7 +149,7 @@ Watch = Callable[[int, int], object]
 """Called with the samples of a frame taken so far, and how many there will be."""
 
 
-def ignore_progress(samples: int, of: int) -> None:
+def _ignore(*_: object) -> None:
     """Watch nothing."""
 
 
@@ -173,28 +173,24 @@ class FrameSession:
         return Scene(self._preset, partial(replayed, self._preset, track, self._folder))
 
     def preflight(
-        self, frames: Sequence[int], folder: str | Path, most_bytes: int | None = None
+        self, frames: Sequence[int], folder: str | Path | None, most_bytes: int | None = None
     ) -> Record:
         """Estimate the memory of frames whose files will lie in ``folder``; the record is empty.
 
         Raises InputError for the first that is estimated to need more than ``most_bytes`` allow.
         """
-        self._folder = Path(folder)
-        self._preflight(frames, most_bytes)
-        return {}
-
-    def _preflight(self, frames: Sequence[int], most_bytes: int | None) -> None:
-        preset, new = self._preset, [each for each in frames if each not in self._estimated]
-        if new:
-            acted = preset.acting.frames + 1
-            preflight(self._scene, new, most_bytes, preset.render.variant, acted)
+        self._folder = Path(folder) if folder else self._folder
+        if new := [each for each in frames if each not in self._estimated]:
+            acted = self._preset.acting.frames + 1
+            preflight(self._scene, new, most_bytes, self._preset.render.variant, acted)
             self._estimated.update(new)
+        return {}
 
     def render(
         self,
         frame: int,
         target: str | Path,
-        watch: Watch = ignore_progress,
+        watch: Watch = _ignore,
         most_bytes: int | None = None,
     ) -> Record:
         """Render a frame into ``target``, a file that does not exist yet.
@@ -217,7 +213,7 @@ class FrameSession:
         }
 
     def render_layers(
-        self, frame: int, watch: Watch = ignore_progress, most_bytes: int | None = None
+        self, frame: int, watch: Watch = _ignore, most_bytes: int | None = None
     ) -> Layers:
         """Render a frame into arrays, with the seconds and counts of every stage.
 
@@ -226,7 +222,7 @@ class FrameSession:
         (``memory_limit``).
         """
         preset, start = self._preset, time.perf_counter()
-        self._preflight((frame,), most_bytes)
+        self.preflight((frame,), None, most_bytes)
         scene, world = self._scene, self._scene.world
         seconds = {"world": time.perf_counter() - start}
         frame_input = scene.input(frame, preset.render.variant)
@@ -307,7 +303,7 @@ class Worker(contextlib.AbstractContextManager):
     def __init__(
         self,
         threads: int = 0,
-        watch: ProcessWatch = lambda process, samples, of, making: None,
+        watch: ProcessWatch = _ignore,
         most_bytes: int | None = None,
     ) -> None:
         self._threads, self._watch, self._most_bytes = threads, watch, most_bytes
@@ -432,15 +428,10 @@ def render_left(job: Job, worker: Worker) -> Iterator[Record]:
     """
     left = [frame for frame in job.paths if frame not in job.done]
     if len(left) > 1:
-        worker.preflight(job.settings, evenly_spread(left, MOST_ESTIMATED), job.folder)
+        if (n := len(left) - 1) >= MOST_ESTIMATED:
+            left = [left[round(k * n / (MOST_ESTIMATED - 1))] for k in range(MOST_ESTIMATED)]
+        worker.preflight(job.settings, left, job.folder)
     yield from render_sequence(job, worker)
-
-
-def evenly_spread(frames: Sequence[int], most: int) -> list[int]:
-    """Choose at most so many of some frames, evenly spread, both ends among them."""
-    if len(frames) <= most:
-        return list(frames)
-    return [frames[round(k * (len(frames) - 1) / (most - 1))] for k in range(most)]
 
 
 def _record(found: dict[str, Any]) -> Record:
@@ -531,10 +522,6 @@ class Workers:
     threads: int = 0
     most_bytes: int | None = None
     cluster: str | None = None
-
-
-def _ignore(*_: object) -> None:
-    """Watch nothing."""
 
 
 def settled(
