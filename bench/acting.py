@@ -5,10 +5,10 @@ turns (processor time, without pruner and renderer). Errors are of every display
 the same scene on a copy of its state (a forked process) in which all are brought up to date: at
 that frame alone, and in all of the ``COPIED`` frames up to it, which is longer than anybody waits.
 
-Feet are held against those of a field's walkers, who go in circles (``scenes.figures.patrol``),
-by the same measure: of the heels and balls of both feet the lowest stands on the ground, as
-walkers always have a foot on it. How far does it go over the ground from one frame to the next, if
-it is the lowest in both, and how far is any below the ground?
+Feet are held against those of a field's walkers, who go in circles
+(``scenes.field.species_field``), by the same measure: of the heels and balls of both feet the
+lowest stands on the ground, as walkers always have a foot on it. How far does it go over the ground
+from one frame to the next, if it is the lowest in both, and how far is any below the ground?
 """
 
 import math
@@ -24,15 +24,13 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from bench.records.records import Column, Key, Point, columns
-from lod.actors.message import ask
+from lod.actors.object_with_parts import ask
 from lod.arrays import Reals
-from lod.crossfade import blend_weights
-from lod.pruner import prune
+from lod.pruner import blend_weights, prune
 from lod.shapes import Sticks
 from lod.update_schedule import TruePose, displacement_px, initial_state
 from lod.view import View
-from scenes.actors.acting import LONGEST_COAST_S, Acting, Rules
-from scenes.actors.behaviour import Acts, Me
+from scenes.actors.acting import LONGEST_COAST_S, Acting, Acts, Me, Rules
 from scenes.actors.behaviours import BEHAVIOURS, walk
 from scenes.actors.performance import (
     EIGHTHS,
@@ -47,17 +45,16 @@ from scenes.actors.performance import (
     posed_prototype,
 )
 from scenes.field.prototypes import species_prototypes
+from scenes.field.species_field import PatrolOrbit
 from scenes.figures.gait import heel_and_ball
-from scenes.figures.patrol import PatrolOrbit
 from scenes.models.catalogue import model_prototypes
 from scenes.presets.load import load_preset, preset_from
 from scenes.presets.schema import Preset
 from scenes.rig.foot_placement import Placements, place_on_ground
 from scenes.rig.pose import pose_points
 from scenes.rig.rigged_prototype import RiggedPrototype
-from scenes.scene import Scene
+from scenes.scene import Scene, make_terrain
 from scenes.world.cast import make_acting, make_cast, preset_roles, role_prototypes
-from scenes.world.world import make_terrain
 
 FPS = 24
 COPIED = round(FPS * LONGEST_COAST_S)

@@ -14,14 +14,22 @@ from functools import partial
 import numpy as np
 
 from lod.camera import Camera, Corner, camera_from_heading
-from lod.crossfade import blend_weights
 from lod.errors import InputError
 from lod.metric import METRICS, Metric
-from lod.pruner import BlendWeights, Moving, Parts, Representation, displayed, prune, prune_by_level
+from lod.pruner import (
+    BlendWeights,
+    Moving,
+    Parts,
+    Representation,
+    blend_weights,
+    displayed,
+    prune,
+    prune_by_level,
+)
 from lod.shapes import Appearance, Sticks, Triangles, batches_of
 from lod.view import View, in_view
 from scenes.field.species_field import Species, SpeciesField
-from scenes.ground.terrain import Terrain
+from scenes.ground.mesh import Terrain
 from scenes.models.catalogue import model_prototypes
 from scenes.plugins import make_representation, metric_by_name, plugin_by_name
 

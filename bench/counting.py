@@ -34,9 +34,9 @@ from lod.shapes import Sticks
 from lod.view import View
 from lod.viewing import BlurWidths, ViewingConditions
 from scenes.field.species_field import Species, SpeciesField
-from scenes.figures.person import standing_people
+from scenes.figures.animal_file import standing_people
 from scenes.grass.sward import tuft_prototypes
-from scenes.ground.terrain import Terrain
+from scenes.ground.mesh import Terrain
 from scenes.models.stone import boulder_prototypes
 from scenes.plugins import metric_by_name
 from scenes.sticks.prototype import Prototype

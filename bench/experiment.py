@@ -17,7 +17,7 @@ import numpy as np
 from bench.records.claims import Claim, plain_number
 from bench.records.records import Point, where
 from lod.errors import InputError
-from scenes.presets.keys import nearest_name
+from scenes.presets.load import nearest_name
 
 if TYPE_CHECKING:
     from bench.plots import Plot

@@ -31,8 +31,7 @@ from lod.pruner import Cut, prune
 from lod.view import View
 from scenes.field.species_field import SpeciesField
 from scenes.presets.load import preset_names
-from scenes.scene import Scene
-from scenes.world.world import World
+from scenes.scene import Scene, World
 
 _NODES = 2**16
 """Nodes of the law's integral over the ground of one species: right to 0.05 % in the presets."""

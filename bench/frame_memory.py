@@ -17,8 +17,8 @@ from bench.records.records import Point, columns
 from bench.statistics.estimates import exactly
 from scenes.presets.load import load_preset
 from scenes.processes.memory_limit import peak_rss_bytes
+from scenes.render.budget import ExtraBuffers, predict_bytes
 from scenes.render.exr.layer_file import write_exr
-from scenes.render.memory import ExtraBuffers, predict_bytes
 from scenes.render.variants import JIT_VARIANT, SCALAR_VARIANT
 from scenes.scene import Scene, frame_quality
 

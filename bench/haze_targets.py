@@ -13,9 +13,8 @@ from lod.air import Air, rgb_extinction
 from lod.camera import Camera, Corner, camera_from_heading
 from lod.pruner import Cut, Parts, cut_from_parts
 from lod.shapes import Triangles
-from scenes.frame.frame_input import DisplayedRepresentation, FrameInput, Quality
+from scenes.frame.frame_input import DisplayedRepresentation, FrameInput, Light, Quality
 from scenes.render.render import render_frame
-from scenes.world.sun_and_sky import Light
 
 DISTANCES = 20
 ALBEDOS = (0.0, 0.8)

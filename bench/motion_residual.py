@@ -22,17 +22,22 @@ from jaxtyping import Float32
 from lod.air import CLEAR
 from lod.arrays import Points, Reals, freeze
 from lod.camera import GRID_M, Camera
-from lod.crossfade import blend_weights
 from lod.motion import eye_relative_to
-from lod.pruner import Cut, prune
+from lod.pruner import Cut, blend_weights, prune
 from lod.shapes import Appearance, Instanced, Sticks, SticksAndTriangles
 from lod.view import View, in_view
 from scenes.field.species_field import SpeciesField
-from scenes.frame.frame_input import DisplayedRepresentation, FrameInput, Posing, Quality, display
+from scenes.frame.frame_input import (
+    DisplayedRepresentation,
+    FrameInput,
+    Light,
+    Posing,
+    Quality,
+    display,
+)
 from scenes.render.render import build_frame, trace
 from scenes.scene import Scene, frame_quality
 from scenes.sticks.prototype import LUMINANCE
-from scenes.world.sun_and_sky import Light, sun_and_sky
 
 AT_FULL_SIZE = 0.5
 """The share of itself from which on a part that comes or goes is said to pop."""
@@ -170,7 +175,7 @@ def measure_walk(
 
     ``shaded`` says whether pictures are shaded by the sun.
     """
-    light, quality = sun_and_sky(scenes[0].preset), frame_quality(scenes[0].preset, variant)
+    light, quality = scenes[0].light, frame_quality(scenes[0].preset, variant)
     counts, changes, before = [], [], None
     for number, after in zip(frames, frames_of(scenes, frames), strict=True):
         if before is not None:

@@ -11,8 +11,7 @@ import time
 import numpy as np
 
 from lod.kernels import njit
-from scenes.rig.rig import Rig
-from scenes.rig.rotations import matrices, quaternion_product, rotate_vector
+from scenes.rig.rig import Rig, matrices, quaternion_product, rotate_vector
 
 
 def posing_times(

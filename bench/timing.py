@@ -25,8 +25,7 @@ from bench.records.claims import Claim, at_most, claim
 from bench.records.records import Column, Point, Record, columns, grouped, where
 from bench.statistics.estimates import LEAST_REPEATS, two_sided_factor, two_sided_median
 from lod.arrays import Reals
-from lod.crossfade import blend_weights
-from lod.pruner import prune
+from lod.pruner import blend_weights, prune
 from lod.view import View
 from scenes.field.cells import candidates, cells_in_reach
 from scenes.field.species_field import SpeciesField

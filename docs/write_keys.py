@@ -4,7 +4,7 @@ from itertools import groupby
 from pathlib import Path
 from typing import Any
 
-from scenes.presets.keys import KeyEntry, key_entries
+from scenes.presets.load import KeyEntry, key_entries
 
 PAGE = Path(__file__).parent / "keys.md"
 

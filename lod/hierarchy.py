@@ -28,7 +28,7 @@ class Hierarchy(ArrayData):
                       default the last one, which no air and no eye takes away
     overlap    (n,)   how much of the leaf appearance and of the parts' appearances lies in one
                       another where half of either shows, below 1; by default 0
-                      (``lod.crossfade.leaf_area_share``)
+                      (``lod.pruner.leaf_area_share``)
     stands_for (n,)   how many parts like itself each part has grown as wide as where it ends, at
                       least 1 and by default 1. P² counts them. Of a whole whose parts stand for
                       others it is the most of any of them, and it shows nothing of its own

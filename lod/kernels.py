@@ -3,16 +3,24 @@
 Numba takes each file of its cache as it stands: one that was cut off or emptied stops the program
 with an error of pickle's, and one with a changed byte would be run. Here every kernel is kept with
 the SHA-256 of its code, and a function whose files fail in any way begins with an empty index.
+
+A map over chunks of neighbouring items on threads, with the same results for any thread count.
+
+It is meant for compiled kernels that release the interpreter's lock. Numba sets the number of
+threads (NUMBA_NUM_THREADS, numba.set_num_threads).
 """
 
 import contextlib
 import hashlib
 import pickle
 from collections.abc import Callable
-from typing import Any
+from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
+from typing import Any, TypeVar
 
 import numba
 import numpy as np
+from numba import get_num_threads
 from numba.core.caching import CompileResultCacheImpl, FunctionCache
 from numba.core.serialize import dumps
 
@@ -54,3 +62,26 @@ class _Cache(FunctionCache):
             with contextlib.suppress(OSError):
                 self.flush()
             return None
+
+
+Result = TypeVar("Result")
+
+
+def map_chunks(
+    task: Callable[[int, int], Result], count: int, least: int, most: int | None = None
+) -> list[Result]:
+    """Call ``task(first, last)`` for consecutive chunks of items 0 to ``count``; results in order.
+
+    least  number of items for which another thread is worth its start
+    most   approximate upper bound on the items of a chunk, where the working set of a task should
+           stay in the cache; None for no bound
+    """
+    threads = max(1, min(get_num_threads(), count // least))
+    runs = threads if most is None else threads * -(-count // (threads * most))
+    if runs <= 1:
+        return [task(0, count)]
+    ends = np.linspace(0, count, runs + 1).astype(np.int64).tolist()
+    if threads == 1:
+        return [task(first, last) for first, last in pairwise(ends)]
+    with ThreadPoolExecutor(threads) as pool:
+        return list(pool.map(task, ends[:-1], ends[1:]))

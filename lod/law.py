@@ -22,9 +22,8 @@ import numpy as np
 from lod.arrays import ArrayData, FloatArray, Reals
 from lod.eye import CONTRAST_CLASSES
 from lod.hierarchy import Hierarchy
-from lod.kernels import njit
+from lod.kernels import map_chunks, njit
 from lod.metric import Metric
-from lod.threads import map_chunks
 from lod.view import View
 from lod.viewing import Defocus, ViewingConditions, WeightedDistance, defocus_width
 

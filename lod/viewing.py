@@ -82,11 +82,6 @@ class BlurWidths:
         """θ_eff [rad] is the root of the sum of the squares; m = τ·θ_eff."""
         return math.hypot(self.pixel, self.eye, self.atmosphere, self.motion)
 
-    @property
-    def before_eye(self) -> float:
-        """θ_eff without the eye [rad]: the blur that light has when it reaches the eye."""
-        return math.hypot(self.pixel, self.atmosphere, self.motion)
-
 
 def blur_widths(
     pixel_angle: float,
@@ -215,10 +210,12 @@ def weighted_distance(
     if eye is None or math.isinf(contrast):
         return UNWEIGHTED
     table = sensitivity(display, eye)
-    f_m = display_frequency(m, widths, display)
+    # The feature covers m/θ_pixel pixels there, and is half a period: f = 1/(2·angle).
+    f_m = 1 / (2 * math.degrees(m / widths.pixel * display.pixel_angle))
     # From the finest feature to the coarsest: the optical depth at which each fades.
     frequency = table.frequency[::-1]
-    blur_deg = math.degrees(widths.before_eye * display.pixel_angle / widths.pixel)
+    before_eye = math.hypot(widths.pixel, widths.atmosphere, widths.motion)
+    blur_deg = math.degrees(before_eye * display.pixel_angle / widths.pixel)
     seen = envelope(table.value * gaussian_transfer(blur_deg, table.frequency))[::-1]
     with np.errstate(divide="ignore"):
         fades = np.log(contrast * seen)
@@ -233,14 +230,6 @@ def weighted_distance(
     new = np.diff(distance, prepend=0.0) > 0
     knots = np.concatenate(([0.0], distance[new]))
     return WeightedDistance(knots, knots * np.concatenate(([1.0], growth[new])), math.inf)
-
-
-def display_frequency(m: float, widths: BlurWidths, display: Display) -> float:
-    """Compute the frequency on the display of a feature of angle m at the camera [cycles/degree].
-
-    The feature covers m/θ_pixel pixels there, and is half a period: f = 1/(2·angle).
-    """
-    return 1 / (2 * math.degrees(m / widths.pixel * display.pixel_angle))
 
 
 DISC_WIDTH = math.sqrt(3.0) / 2

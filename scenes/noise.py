@@ -29,8 +29,7 @@ from numba.extending import intrinsic
 
 from lod.arrays import Reals
 from lod.camera import STEP_M, Corner
-from lod.kernels import njit
-from lod.threads import map_chunks
+from lod.kernels import map_chunks, njit
 
 _M0, _M1 = np.uint64(0xD2E7470EE14C6C93), np.uint64(0xCA5A826395121157)
 _W0, _W1 = np.uint64(0x9E3779B97F4A7C15), np.uint64(0xBB67AE8584CAA73B)

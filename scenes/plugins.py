@@ -2,7 +2,7 @@
 
 A package names its metrics (``lod.metric.Metric``) in the entry points of the group
 ``lodbench.metrics``, its makers of representations (``RepresentationPlugin``) in the group
-``lodbench.representations``, and its behaviours of actors (``scenes.actors.behaviour``) in the
+``lodbench.representations``, and its behaviours of actors (``scenes.actors.acting``) in the
 group ``lodbench.behaviours``. A package is imported only when something of it is asked for.
 """
 

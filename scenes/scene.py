@@ -1,13 +1,13 @@
 """A preset and its world, bound: the views of its frames, what is displayed, and the pictures.
 
 Everything that looks at a preset goes through a Scene: commands, experiments, the renderer's
-sessions and the tests.
+sessions and the tests. Its world is the ground, the fields on it, and what is placed one by one.
 """
 
 import math
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cache, partial
 from typing import TYPE_CHECKING
 
@@ -17,8 +17,9 @@ from lod.air import Air, least_extinction
 from lod.camera import GRID_M, Camera, Corner
 from lod.errors import InputError
 from lod.eye import Display, Eye
+from lod.metric import METRICS
 from lod.motion import ShutterInterval, eye_relative_to, integration_time_s, subframe_offsets
-from lod.pruner import Cut, prune
+from lod.pruner import Cut, Representation, prune
 from lod.shapes import Sticks
 from lod.update_schedule import (
     DrawnState,
@@ -30,29 +31,177 @@ from lod.update_schedule import (
 )
 from lod.view import View
 from lod.viewing import Defocus, ViewingConditions, blur_widths
-from scenes.actors.performance import Performance
+from scenes.actors.performance import Cast, Performance
+from scenes.appearance.sky import sky_at
+from scenes.appearance.tone import Illumination
+from scenes.field.far_cover import AggregateCover
+from scenes.field.species_field import Habitat, Placed, Species, SpeciesField
 from scenes.frame.frame_input import (
     DisplayedRepresentation,
     FrameInput,
+    Light,
     Quality,
     Window,
     display,
     display_whole,
     is_still_whole,
 )
-from scenes.models.catalogue import PROTOTYPE_SEED
-from scenes.plugins import metric_by_name
-from scenes.presets.load import load_preset
-from scenes.presets.schema import Preset
+from scenes.ground.mesh import Terrain
+from scenes.models.catalogue import PROTOTYPE_SEED, model_prototypes
+from scenes.particles.dust import Dust
+from scenes.particles.footfalls import Soil
+from scenes.particles.system import KINDS, Plume
+from scenes.plugins import make_representation, metric_by_name
+from scenes.presets.load import has_acting, load_preset
+from scenes.presets.schema import Preset, SpeciesPreset
 from scenes.processes.progress import steps, work
+from scenes.trees.species import Weather
 from scenes.world.camera_path import camera_at, path_pose, placed_camera
-from scenes.world.sun_and_sky import Light, preset_air, sun_and_sky
-from scenes.world.world import World, build_world
+
+
+@dataclass(frozen=True, eq=False)
+class World:
+    """Everything that there is to see.
+
+    The ground, a field for each species, what is placed one by one, and what plug-ins make.
+    """
+
+    terrain: Terrain
+    fields: tuple[SpeciesField, ...]
+    placed: tuple[Placed, ...] = ()
+    plumes: tuple[Plume, ...] = ()
+    dust: tuple[Dust, ...] = ()
+    others: tuple[Representation, ...] = ()
+    cast: Cast | None = None
+
+    @property
+    def representations(self) -> tuple[Representation, ...]:
+        """Return all representations, the ground first."""
+        return (self.terrain, *self.fields, *self.beside)
+
+    @property
+    def beside(self) -> tuple[Representation, ...]:
+        """Return all representations but the ground and the fields of species."""
+        actors = (self.cast,) if self.cast and self.cast.prototypes else ()
+        return (*self.placed, *self.plumes, *self.dust, *self.others, *actors)
+
+
+def build_world(
+    preset: Preset,
+    performance: Callable[[], Performance] | None = None,
+    prototype_seed: int = PROTOTYPE_SEED,
+) -> World:
+    """Build a preset's world, of which no part exists before a view asks for it.
+
+    performance     gives what its actors do, where that is known already
+    prototype_seed  every seed gives other individuals of the species; frames are made with the
+                    default, so that only experiments meet others
+    """
+    terrain, keys = make_terrain(preset), preset.light
+    to_sun = sun_and_sky(preset).to_sun
+    weather = Weather(preset.world.season, preset.wind.speed)
+    depth = preset.render.max_depth
+    light = Illumination(round(keys.sun_elevation, 3), keys.turbidity, depth)
+    growing = {name: table for name, table in preset.species.items() if table.density > 0}
+    fits = [each.prototypes for each in growing.values()]
+    fits += [each.prototype for each in preset.placed.values()]
+    with work("fitting appearances", sum(fits)):
+        fields = tuple(
+            SpeciesField(
+                _species(name, table, weather, terrain, prototype_seed),
+                preset.seed,
+                terrain,
+                preset.world.extent,
+                light,
+            )
+            for name, table in growing.items()
+        )
+        placed = tuple(
+            Placed(
+                name,
+                model_prototypes(
+                    each.model,
+                    each.prototype,
+                    (each.size,),
+                    each.walks,
+                    weather,
+                    each.model_sha256,
+                )[-1],
+                *each.position,
+                each.heading,
+                terrain,
+                light,
+            )
+            for name, each in preset.placed.items()
+        )
+    wind = preset.wind
+    plumes = tuple(
+        Plume(
+            name,
+            KINDS[each.kind],
+            preset.seed,
+            *each.position,
+            terrain,
+            each.size,
+            wind.direction if each.wind is None else each.wind,
+        )
+        for name, each in preset.plumes.items()
+    )
+    others = tuple(
+        make_representation(name, table.kind, preset.seed, terrain, dict(table.options))
+        for name, table in preset.representations.items()
+    )
+    dust = tuple(
+        Dust(each, Soil(terrain.relief, terrain.cover), wind.speed, wind.direction)
+        for each in fields
+        if preset.species[each.name].dust
+    )
+    species = tuple(each.species for each in fields)
+    cover = None
+    if fields:
+        sky = sky_at(keys.sun_elevation, keys.turbidity)
+        cover = AggregateCover(species, to_sun, sky, depth)
+    ground = replace(terrain, aggregate_cover=cover, to_sun=tuple(to_sun.tolist()))
+    cast = None
+    if has_acting(preset):  # what makes actors is only imported where there are any
+        from scenes.world.cast import make_cast
+
+        cast = make_cast(preset, terrain, performance and performance())
+    return World(ground, fields, placed, plumes, dust, others, cast)
+
+
+def make_terrain(preset: Preset) -> Terrain:
+    """Make the ground of a preset, without what stands for far objects on it."""
+    return Terrain(seed=preset.seed, **preset.terrain.model_dump())
+
+
+def _species(
+    name: str, table: SpeciesPreset, weather: Weather, terrain: Terrain, seed: int
+) -> Species:
+    walks, digest = table.patrol > 0, table.model_sha256
+    prototypes = model_prototypes(
+        table.model, table.prototypes, table.sizes, walks, weather, digest, seed
+    )
+    metric = None if table.metric is None else METRICS[table.metric]
+    habitat = None  # it grows everywhere
+    if table.highest is not None or table.steepest is not None:
+        highest, steepest = (
+            math.inf if limit is None else limit for limit in (table.highest, table.steepest)
+        )
+        habitat = Habitat(terrain.relief, highest, table.thinning, steepest)
+    return Species(name, prototypes, table.density, table.patrol, habitat, metric)
+
 
 if TYPE_CHECKING:
-    from scenes.frame.layers import Layers
+    from scenes.frame.frame_input import Layers
 
 _ARCSECOND = math.radians(1 / 3600)
+
+
+def sun_and_sky(preset: Preset) -> Light:
+    """Return the sun and sky of a preset."""
+    light = preset.light
+    return Light(light.sun_azimuth, light.sun_elevation, light.turbidity)
 
 
 class Scene:
@@ -95,7 +244,7 @@ class Scene:
     @property
     def air(self) -> Air:
         """Return the air that frames are rendered in, and that the same frames are pruned by."""
-        return preset_air(self.preset)
+        return Air(self.preset.air.visibility)
 
     @property
     def light(self) -> Light:

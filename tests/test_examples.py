@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from scenes.frame.layers import SKY_Z, Layers
+from scenes.frame.frame_input import SKY_Z, Layers
 from scenes.render.exr.layer_file import write_exr
 
 ROOT = Path(__file__).parents[1]
@@ -261,7 +261,7 @@ def test_the_plug_ins_of_the_page_are_what_they_say() -> None:
 def test_the_behaviour_of_the_page_goes_on_by_answers() -> None:
     from types import SimpleNamespace
 
-    from lod.actors.message import ask, change
+    from lod.actors.object_with_parts import ask, change
 
     names = {"ask": ask, "change": change}
     (block,) = own_python("docs/actors.md")

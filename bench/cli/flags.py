@@ -23,8 +23,7 @@ from click.shell_completion import CompletionItem
 from lod.errors import InputError
 from scenes.files import LAST_FRAME, checked_frames
 from scenes.presets.load import Setting, load_preset
-from scenes.presets.schema import Preset
-from scenes.presets.things import ScriptLine
+from scenes.presets.schema import Preset, ScriptLine
 
 Command = Callable[..., Any]
 
@@ -74,7 +73,7 @@ def complete_preset(_: click.Context, __: click.Parameter, begun: str) -> list[C
 def complete_value(_: click.Context, option: click.Parameter, begun: str) -> list[CompletionItem]:
     """Offer a shell the words that a flag's key may be, and after -D the keys themselves."""
     from scenes.plugins import metric_names
-    from scenes.presets.keys import key_entries
+    from scenes.presets.load import key_entries
 
     kinds = {each.name: each.kind for each in key_entries()}
     key, equals, _value = begun.partition("=")
@@ -191,7 +190,7 @@ def preset_from_flags(
 
 
 def _said(text: str) -> ScriptLine:
-    from scenes.actors.say import check_action, parse_words
+    from scenes.world.cast import check_action, parse_words
 
     words = parse_words(text)
     check_action(words, True, "--say")

@@ -15,8 +15,15 @@ import click
 from bench.cli.kernel_cache import use_kernel_cache
 from bench.cli.output import progress_shown
 from lod.errors import InputError
-from scenes.processes.signals import Stopped, ignore_signals, raise_when_stopped, restore
-from scenes.processes.streams import is_unread, open_standard_streams, write_failure
+from scenes.processes.streams import (
+    Stopped,
+    ignore_signals,
+    is_unread,
+    open_standard_streams,
+    raise_when_stopped,
+    restore,
+    write_failure,
+)
 
 COMMANDS = (
     *("doctor", "list", "show", "count", "render", "view", "verify", "run", "report", "compare"),

@@ -31,8 +31,7 @@ from lod.arrays import Ints, Reals
 from lod.camera import Corner, camera_from_heading
 from lod.errors import InputError
 from lod.view import View
-from scenes.figures.animal_file import animal
-from scenes.figures.person import people_at_rest
+from scenes.figures.animal_file import animal, people_at_rest
 from scenes.plugins import metric_by_name
 from scenes.rig.rigged_prototype import RiggedPrototype
 

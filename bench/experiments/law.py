@@ -53,9 +53,8 @@ from bench.statistics.estimates import (
     worst_error,
 )
 from lod.arrays import Reals
-from lod.crossfade import blend_weights
 from lod.metric import METRICS
-from lod.pruner import prune
+from lod.pruner import blend_weights, prune
 from lod.view import View
 from scenes.field.species_field import Species, SpeciesField
 

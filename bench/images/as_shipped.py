@@ -31,16 +31,14 @@ from bench.images.differences import (
 )
 from bench.records.records import Column, Point, columns
 from bench.seeds import BUILDING_SEEDS, QUICK_SEED
-from scenes.frame.frame_input import FrameInput
-from scenes.frame.layers import SKY_Z
+from scenes.frame.frame_input import SKY_Z, FrameInput
 from scenes.presets.load import load_preset
 from scenes.presets.schema import Preset
 from scenes.render.budget import reference_preset
 from scenes.render.render import build_frame, trace
 from scenes.render.variants import choose
-from scenes.scene import Scene
+from scenes.scene import Scene, World
 from scenes.sticks.prototype import LUMINANCE
-from scenes.world.world import World
 
 FIXED_BY = "3eef32fffc4e7785e51f9c06beef6f15d127a368"
 """The commit that fixed the bar, from whose hash the seeds of places are."""

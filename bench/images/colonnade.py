@@ -26,14 +26,13 @@ from lod.camera import Camera, Corner, camera_from_heading
 from lod.pruner import Representation, prune
 from lod.view import View
 from scenes.field.species_field import Placed
-from scenes.frame.frame_input import DisplayedRepresentation, FrameInput, Quality, display
-from scenes.ground.terrain import Terrain
+from scenes.frame.frame_input import DisplayedRepresentation, FrameInput, Light, Quality, display
+from scenes.ground.mesh import Terrain
 from scenes.models.stone import RADIUS_M, column
 from scenes.plugins import metric_by_name
 from scenes.render.render import render_frame
 from scenes.render.variants import choose
 from scenes.sticks.prototype import LUMINANCE
-from scenes.world.sun_and_sky import Light
 
 COUNT, SPACING_M, DEPTH_M = 13, 4.0, 12.0
 FOV_DEG, SIZE_PX, EYE_M = 132.0, (960, 216), 2.6

@@ -40,15 +40,13 @@ from lod.camera import Corner
 from lod.motion import eye_relative_to
 from lod.pruner import Representation, prune
 from lod.view import View
-from scenes.frame.frame_input import DisplayedRepresentation, FrameInput, display
-from scenes.frame.layers import Layers
+from scenes.frame.frame_input import DisplayedRepresentation, FrameInput, Layers, display
 from scenes.presets.load import load_preset
 from scenes.presets.schema import Preset
 from scenes.render.render import build_frame, move_camera, trace
 from scenes.render.variants import choose
 from scenes.scene import Scene, frame_quality
 from scenes.sticks.prototype import LUMINANCE
-from scenes.world.sun_and_sky import sun_and_sky
 
 WIDTH_PX, FOV_DEG = 160, 60.0
 """The width of a whole picture, in pixels and as an angle: pieces have pixels of the same angle."""
@@ -262,7 +260,7 @@ def _pictures(
     """Render what is displayed through every air, from one scene, by one ray a pixel."""
     first = next(iter(scenes.values()))
     quality = replace(frame_quality(first.preset, choose()), spp=1)
-    light = first.air, sun_and_sky(first.preset)
+    light = first.air, first.light
     shot = FrameInput(window_view(first).camera, tuple(visible), *light, quality)
     stage = build_frame(shot)
     clear = trace(move_camera(stage, shot.camera, CLEAR), quality)

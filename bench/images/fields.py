@@ -40,8 +40,7 @@ from lod.arrays import Points
 from lod.metric import METRICS, Metric
 from lod.pruner import prune
 from lod.view import View
-from scenes.frame.frame_input import DisplayedRepresentation, FrameInput, display
-from scenes.frame.layers import SKY_Z
+from scenes.frame.frame_input import SKY_Z, DisplayedRepresentation, FrameInput, display
 from scenes.ground.shading import AggregateCover, ResidualCover
 from scenes.models.catalogue import PROTOTYPE_SEED
 from scenes.plugins import metric_by_name
@@ -50,9 +49,7 @@ from scenes.presets.schema import Preset
 from scenes.render.pictures import auto_exposure, to_srgb
 from scenes.render.render import render_frame
 from scenes.render.variants import choose
-from scenes.scene import Scene, frame_quality
-from scenes.world.sun_and_sky import sun_and_sky
-from scenes.world.world import World
+from scenes.scene import Scene, World, frame_quality
 
 VIEWS = {
     "eye level": (),
@@ -286,7 +283,7 @@ def _one(field: Field, variant: str, seed: int) -> dict[str, Any]:
 def _input(field: Field, shown: Shown, variant: str, seed: int, spp: int) -> FrameInput:
     scene = scene_of(field, seed)
     quality = replace(frame_quality(scene.preset, variant), spp=spp, seed=seed)
-    light = sun_and_sky(scene.preset)
+    light = scene.light
     return FrameInput(scene.view(1).camera, shown, scene.air, light, quality)
 
 

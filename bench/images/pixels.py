@@ -14,8 +14,7 @@ from bench.experiment import Case
 from bench.part_sizes import camera, density_of, prototypes_with, seed_of
 from bench.records.records import Point, columns
 from lod.arrays import Ints, Reals
-from lod.crossfade import blend_weights
-from lod.pruner import prune
+from lod.pruner import blend_weights, prune
 from lod.shapes import StickTable
 from lod.view import View
 from scenes.appearance.visible_area import first_met

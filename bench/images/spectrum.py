@@ -18,14 +18,13 @@ from lod.air import CLEAR
 from lod.arrays import Reals
 from lod.metric import METRICS
 from lod.pruner import prune
-from scenes.frame.frame_input import FrameInput, Quality, display
+from scenes.frame.frame_input import FrameInput, Light, Quality, display
 from scenes.presets.load import load_preset
 from scenes.presets.schema import Preset
 from scenes.render.render import render_frame
 from scenes.render.variants import choose
 from scenes.scene import Scene
 from scenes.sticks.prototype import LUMINANCE
-from scenes.world.sun_and_sky import Light
 
 EDGES = tuple(2.0**k for k in range(-6, 0))
 """Edges of octaves of frequency [cycles a pixel], from 1/64 to 1/2; lower ones are in the first."""

@@ -23,8 +23,7 @@ from lod.shapes import Sticks
 from lod.view import View, in_view
 from lod.viewing import perceptual_limits
 from scenes.field.cells import candidates
-from scenes.field.emission import emit
-from scenes.field.part_tables import DisplayedSticks
+from scenes.field.part_tables import DisplayedSticks, emit
 from scenes.field.prototypes import SpeciesPrototypes
 from scenes.field.species_field import SpeciesField
 from scenes.frame.frame_input import DisplayedRepresentation
@@ -83,7 +82,7 @@ def elements_of(prototypes: SpeciesPrototypes) -> Elements:
 
 
 def _areas(prototypes: SpeciesPrototypes, sticks: DisplayedSticks) -> FloatArray:
-    """Compute the mean outline area of each stick, posed once (lod.crossfade) [m²]."""
+    """Compute the mean outline area of each stick, posed once (lod.pruner) [m²]."""
     v = len(prototypes.part_tables.hierarchies)
     kinds = frozen(np.arange(v), np.int64)
     zeros, ones = frozen(np.zeros(v), np.float64), frozen(np.ones(v), np.float64)

@@ -15,11 +15,10 @@ import numpy as np
 
 from lod.arrays import Ints
 from lod.camera import Camera
-from lod.crossfade import cross_fade
 from lod.errors import InputError
 from lod.metric import METRICS
-from lod.pruner import BlendWeights, Parts, prune
-from lod.shapes import Appearance, Instanced
+from lod.pruner import BlendWeights, Parts, cross_fade, prune
+from lod.shapes import Appearance, Instanced, batches_of
 from lod.view import View
 from scenes.field.species_field import SpeciesField
 from scenes.frame.frame_input import FrameInput, display, display_whole
@@ -290,7 +289,8 @@ def _levels(field: SpeciesField, view: View) -> list[list[list[Description]]]:
         shape, none = field.appearance(some, weights), np.zeros((0, 3))
         own = some.object, some.part, some.level
         copies = Copies()
-        copies.add(Instanced(shape, *own, none[:, 0], none, none[:, :2]), 0, none[:, 0])
+        instanced = Instanced(shape, *own, none[:, 0], none, none[:, :2])
+        copies.add(instanced, batches_of(shape), 0, none[:, 0])
         for model in np.flatnonzero(deepest > level).tolist():
             found[model].append([each for each, _ in copies.models[model]])
     return found

@@ -14,11 +14,9 @@ from bench.packs.content import Content, load_content, whole_view
 from bench.packs.make import RECIPE, read_pack
 from bench.packs.part_file import KEPT, KEPT_MAGIC, read_tables
 from lod.arrays import Ints, Reals
-from lod.crossfade import cross_fade, view_angles
 from lod.errors import InputError
-from lod.pruner import BlendWeights, cut_from_parts
-from scenes.frame.frame_input import DisplayedRepresentation, FrameInput
-from scenes.frame.layers import Layers
+from lod.pruner import BlendWeights, cross_fade, cut_from_parts, view_angles
+from scenes.frame.frame_input import DisplayedRepresentation, FrameInput, Layers
 from scenes.render.render import build_frame, trace
 
 

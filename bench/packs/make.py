@@ -24,10 +24,10 @@ from lod.errors import InputError
 from scenes.files import make_folder, whole_file, write_text
 from scenes.processes.ownership import owned
 from scenes.render import variants
+from scenes.render.budget import preflight
 from scenes.render.description import FAR_M, NEAR_M
 from scenes.render.exr.header import software
 from scenes.render.exr.layer_file import write_channels
-from scenes.render.memory import check_memory
 from scenes.render.render import BuiltFrame, build_frame, move_camera
 
 FORMAT = 1
@@ -68,8 +68,9 @@ def make_pack(
         _check_recipe(folder / RECIPE, plain)
         progress(0, 1, "world")
         content = load_content(plain["preset"], tuple(plain["settings"]), recipe.size)
-        check_memory(content.made, most_bytes)
-        variants.use(content.made.quality.variant)
+        variant = content.made.quality.variant
+        preflight(content.scene, (1,), most_bytes, variant)
+        variants.use(variant)
         light = _light(content)
         steps = [*_files(content, light, plain), *_references(content, recipe, walk)]
         for number, (name, write) in enumerate(steps):
@@ -156,7 +157,7 @@ def _references(content: Content, recipe: Recipe, walk: bool) -> Iterator[Step]:
     def writer(camera: Camera, halves: bool, frame: int) -> Callable[[Path], object]:
         def write(path: Path) -> None:
             if not built:
-                built.append(build_frame(content.made, 0))
+                built.append(build_frame(content.made))
             placed = move_camera(built[0], camera, content.scene.air)
             channels, about = render_reference(placed, content.made.quality, recipe.spp, halves)
             _whole(lambda file: write_channels(file, channels))(path)

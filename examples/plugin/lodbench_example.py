@@ -6,14 +6,14 @@ import numpy as np
 
 from bench.methods.known_methods import culled_beyond
 from bench.methods.method import Method, by_view
-from lod.actors.message import change
+from lod.actors.object_with_parts import change
 from lod.camera import GRID_M, Corner, camera_from_heading
 from lod.hierarchy import Hierarchy
 from lod.metric import Metric
 from lod.pruner import BlendWeights, Parts
 from lod.shapes import Sticks
 from lod.view import View
-from scenes.actors.behaviour import Acts, Me
+from scenes.actors.acting import Acts, Me
 from scenes.ground.relief import Ground
 from scenes.plugins import RepresentationPlugin
 

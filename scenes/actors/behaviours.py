@@ -17,11 +17,11 @@ from typing import Any
 
 import numpy as np
 
-from lod.actors.message import Message, ask, change
-from lod.actors.quaternion import Vector
+from lod.actors.actor import Vector
+from lod.actors.object_with_parts import Message, ask, change
 from lod.errors import InputError
 from lod.kernels import njit
-from scenes.actors.behaviour import Acts, Behaviour, Me
+from scenes.actors.acting import Acts, Behaviour, Me
 from scenes.actors.body import Course
 from scenes.plugins import BEHAVIOUR, distribution, installed, load_entry
 

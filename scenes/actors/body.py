@@ -17,11 +17,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lod.actors.actor import PositionableObject
-from lod.actors.joint import RevoluteJoint
-from lod.actors.message import Message, Refusal, Refused, Route, ask, format_route, nearest_route
-from lod.actors.object_with_parts import mutator, query
-from lod.actors.quaternion import EAST, UP, Components, rotation
+from lod.actors.actor import EAST, UP, Components, PositionableObject, RevoluteJoint, rotation
+from lod.actors.object_with_parts import (
+    Message,
+    Refusal,
+    Refused,
+    Route,
+    ask,
+    format_route,
+    mutator,
+    nearest_route,
+    query,
+)
 from lod.errors import InputError
 from scenes.actors.limb import (
     Limb,

@@ -6,8 +6,8 @@ without a side that it shares with the limb that carries it: a person's right ha
 (``scenes.actors.body``): ``right arm/hand``.
 
 Limbs follow a walk. Its stride goes as speed to the power 0.6, as among the walkers of a field
-(``scenes.figures.patrol``). Below ``SLOWEST`` of its own speed a walker's strides keep their length
-and its pose goes over to that at rest, in steps of an eighth; from there on it stands.
+(``scenes.field.species_field``). Below ``SLOWEST`` of its own speed a walker's strides keep their
+length and its pose goes over to that at rest, in steps of an eighth; from there on it stands.
 """
 
 import math
@@ -18,16 +18,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lod.actors.actor import CompoundActor
-from lod.actors.joint import JointLimits, RevoluteJoint
-from lod.actors.message import SEPARATOR, Route, ask, change
-from lod.actors.object_with_parts import mutator, query
-from lod.actors.quaternion import Components, Vector
+from lod.actors.actor import Components, CompoundActor, JointLimits, RevoluteJoint, Vector
+from lod.actors.object_with_parts import SEPARATOR, Route, ask, change, mutator, query
 from scenes.figures.anatomy import SIDES
 from scenes.models.catalogue import at_rest
-from scenes.rig.rig import Motion
+from scenes.rig.rig import Motion, Quaternions, rotate_vectors
 from scenes.rig.rigged_prototype import RiggedPrototype
-from scenes.rig.rotations import Quaternions, rotate_vectors
 
 Pose = Sequence[tuple[Vector, Components]]
 """Position in the frame of its whole [m] and orientation of every joint of a rig, row by row."""

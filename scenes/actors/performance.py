@@ -42,7 +42,7 @@ X, Y, YAW, PHASE, STRIDE_FACTOR, EIGHTHS = range(6)
 """Columns of ``ActedFrame.places``, as in ``scenes.actors.body.Posture``."""
 
 Components = tuple[float, float, float, float]
-"""Of a quaternion, as ``lod.actors.quaternion`` has them; that module loads Dr.Jit."""
+"""Of a quaternion, as ``lod.actors.actor`` has them; that module loads Dr.Jit."""
 
 Held = dict[int, tuple[tuple[int, Components], ...]]
 """By the number of an actor: joints that messages hold, with their orientations."""

@@ -12,9 +12,20 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
-from lod.actors.message import Action, Message, Refusal, Refused, Route, ask, change, parse_route
-from lod.actors.object_with_parts import ObjectWithParts, mutator, query
-from lod.actors.quaternion import Vector
+from lod.actors.actor import Vector
+from lod.actors.object_with_parts import (
+    Action,
+    Message,
+    ObjectWithParts,
+    Refusal,
+    Refused,
+    Route,
+    ask,
+    change,
+    mutator,
+    parse_route,
+    query,
+)
 from scenes.actors.body import Body, CameraBody, Posture
 from scenes.actors.performance import PHASE, YAW, Eye, Held, X, Y
 

@@ -8,7 +8,7 @@ apart, so that the crown keeps its gaps. A flat spray, as a conifer's boughs are
 its width: sticks are round, and only several side by side cover much from above and little from the
 side.
 
-The overlap c of ``lod.crossfade`` follows from the share s of the leaf appearance with which the
+The overlap c of ``lod.pruner`` follows from the share s of the leaf appearance with which the
 object, while the parts of a level show half of themselves, covers what it does with all of them and
 with none, in the mean: for a hidden share of a half s = ½/(1 − c/2), so that c = 2 − 1/s.
 """
@@ -20,15 +20,21 @@ import numpy as np
 from jaxtyping import Bool, Float64, Int64
 
 from lod.arrays import Ints, Points, Reals
-from lod.kernels import njit
+from lod.kernels import map_chunks, njit
 from lod.shapes import StickTable
-from lod.threads import map_chunks
-from scenes.appearance.visible_area import CrownViews, look_at
+from scenes.appearance.visible_area import CrownViews, look_at, seen_areas
 from scenes.processes.cache import kept, rounded_key
 from scenes.processes.progress import tell
-from scenes.sticks.areas import COARSE, directions, mean_area, mean_outline_areas
-from scenes.sticks.by_view import ELEVATIONS_DEG, ViewDependence, with_area_share
-from scenes.sticks.object_shapes import PartSticks, Shapes
+from scenes.sticks.areas import (
+    COARSE,
+    ELEVATIONS_DEG,
+    ViewDependence,
+    directions,
+    mean_area,
+    mean_outline_areas,
+    with_area_share,
+)
+from scenes.sticks.prototype import PartSticks, Shapes
 
 MOSTLY = 0.4
 """Share of a part's own stick that must be seen, over all directions, for the stick to stay."""
@@ -187,7 +193,8 @@ def _fit_level(
     thick = with_area_share(blobs, share.max())
     # Tints about the blobs' own albedos, so that all that is seen has the object's mean albedo.
     palette, sticks = parts.palette, len(kept.sticks)
-    area = full.weight @ full.seen_areas(kept.with_sticks(thick))
+    shown = kept.with_sticks(thick)
+    area = full.weight @ seen_areas(shown, full.toward, full.spacing)
     is_blob = np.zeros(len(area), np.bool_)
     is_blob[sticks : sticks + len(thick)] = True
     of_kept, of_blobs = area[~is_blob], area[is_blob]

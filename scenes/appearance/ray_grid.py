@@ -14,7 +14,7 @@ import numpy as np
 
 from lod.kernels import njit
 from lod.shapes import StickTable
-from scenes.sticks.object_shapes import Shapes
+from scenes.sticks.prototype import Shapes
 
 BOX_M = 0.25
 """Side of a box [m]."""

@@ -15,16 +15,14 @@ import numpy as np
 from jaxtyping import Float64
 
 from lod.arrays import Flags, Points, Reals
-from lod.kernels import njit
-from lod.threads import map_chunks
+from lod.kernels import map_chunks, njit
 from scenes.appearance.fit import CODE
 from scenes.appearance.ray_grid import Grids, intersect_ray, make_grids, normal_at
 from scenes.appearance.sky import GRASS, SunAndSky, cosine_direction, sky_at
 from scenes.processes.cache import kept, rounded_key
 from scenes.processes.progress import tell
-from scenes.sticks.by_view import AZIMUTHS_DEG, ELEVATIONS_DEG, with_area_share
-from scenes.sticks.object_shapes import Shapes
-from scenes.sticks.prototype import LUMINANCE, Prototype
+from scenes.sticks.areas import AZIMUTHS_DEG, ELEVATIONS_DEG, with_area_share
+from scenes.sticks.prototype import LUMINANCE, Prototype, Shapes
 
 LINES = 80_000
 """Lines of sight from each elevation, over all objects that are fitted together."""
@@ -70,7 +68,7 @@ def fit_tone(
     """Fit one table of tones for objects of a kind, or find it where it is kept.
 
     It is (levels, elevations, azimuths + 1) in size. The last column holds the mean over all
-    azimuths (``scenes.sticks.by_view``).
+    azimuths (``scenes.sticks.areas``).
     """
     shapes = [each.scaled(SIZE_M / float(each.hierarchy.R[0])) for each in objects]
     looks = []  # rounded, so that the size of an object does not tell

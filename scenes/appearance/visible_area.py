@@ -19,12 +19,10 @@ import numpy as np
 from jaxtyping import Float64, Int64
 
 from lod.arrays import Reals
-from lod.kernels import njit
+from lod.kernels import map_chunks, njit
 from lod.shapes import StickTable
-from lod.threads import map_chunks
-from scenes.sticks.areas import along, frame_across
-from scenes.sticks.by_view import ELEVATIONS_DEG
-from scenes.sticks.object_shapes import Shapes
+from scenes.sticks.areas import ELEVATIONS_DEG, along, frame_across
+from scenes.sticks.prototype import Shapes
 
 
 def visible_areas(
@@ -176,10 +174,6 @@ class CrownViews:
     covers: Float64[np.ndarray, " e"]
     seen: Float64[np.ndarray, " k"]
 
-    def seen_areas(self, shown: Shapes) -> Float64[np.ndarray, "e k"]:
-        """Measure the area that is seen of each shape from each elevation, (e, k)."""
-        return _seen_areas(shown, self.toward, self.spacing)
-
     def covered(self, shown: Shapes, elevation: int) -> float:
         """Measure the area that shapes cover from one elevation, over azimuths [m²]."""
         areas = visible_areas(shown, self.toward[elevation], self.spacing)
@@ -201,13 +195,15 @@ def look_at(whole: Shapes) -> CrownViews:
     # Shares of a half sphere that are nearest to each elevation.
     edges = np.radians(np.array(ELEVATIONS_DEG))
     middles = np.concatenate(([0.0], (edges[1:] + edges[:-1]) / 2, [np.pi / 2]))
-    areas, weight = _seen_areas(whole, toward, spacing), np.diff(np.sin(middles))
+    areas, weight = seen_areas(whole, toward, spacing), np.diff(np.sin(middles))
     return CrownViews(toward, weight, spacing, areas.sum(axis=1), weight @ areas)
 
 
-def _seen_areas(
+def seen_areas(
     shown: Shapes, toward: Float64[np.ndarray, "e a 3"], spacing: float
 ) -> Float64[np.ndarray, "e k"]:
+    """Measure the area that is seen of each shape from each elevation, (e, k)."""
+
     def run(first: int, last: int) -> list[Reals]:
         return [visible_areas(shown, views, spacing).mean(axis=0) for views in toward[first:last]]
 

@@ -2,6 +2,15 @@
 
 It is the ``AggregateCover`` of ``scenes.ground.shading`` for species that stand all over the
 ground.
+
+How much objects too small to display cover of the ground, by the gap fraction of a stand.
+
+Objects stand at random (Poisson), K of them to the square metre, each of mean outline A(δ) along a
+line that comes down at δ to the horizon. Of such lines exp(−K·A/sin δ) reach the ground: the gap
+fraction of a random stand (Nilson 1971, "A theoretical analysis of the frequency of gaps in plant
+stands", Agricultural Meteorology 8; of whole crowns Li & Strahler 1985, "Geometric-optical
+modeling of a conifer forest canopy", IEEE Trans. Geoscience and Remote Sensing 23). The rest meets
+objects, of each kind in proportion to its K·A.
 """
 
 import math
@@ -13,14 +22,6 @@ import numpy as np
 from jaxtyping import Float64
 
 from lod.arrays import Points, Reals
-from lod.canopy import (
-    LEAST_LIGHT,
-    cover_depths,
-    covered_share,
-    first_hit_shares,
-    surface_irradiance,
-    undisplayed_share,
-)
 from lod.hierarchy import Hierarchy
 from lod.kernels import njit
 from lod.motion import motion_steps
@@ -41,6 +42,65 @@ from scenes.sticks.prototype import Prototype
 
 Shares = Float64[np.ndarray, "n k"]
 """Shares by point and species."""
+
+Kinds = Float64[np.ndarray, " k"]
+Triple = Float64[np.ndarray, "3"]
+
+
+def undisplayed_share(
+    d: Reals, limits: Float64[np.ndarray, "#n p"], areas: Float64[np.ndarray, " p"], fade: float
+) -> Reals:
+    """Compute the share of the objects' cover that is not displayed at distance ``d`` (n,), (n,).
+
+    Equally many have each of ``limits`` (n or 1, p), and outlines in proportion to ``areas``; over
+    the band of fading it is what they no longer cover.
+    """
+    missing: Reals = _missing_share(d, np.minimum(limits, 1e30), areas / areas.sum(), fade)
+    return missing
+
+
+@njit(cache=True, nogil=True)
+def _missing_share(d, limits, weight, fade):  # type: ignore[no-untyped-def]
+    missing = np.empty(len(d))
+    for i in range(len(d)):
+        limit = limits[min(i, len(limits) - 1)]
+        shown = 0.0
+        for k in range(len(weight)):
+            band = max(fade * limit[k], 1e-12)
+            shown += weight[k] * min(max((limit[k] - d[i]) / band, 0.0), 1.0)
+        missing[i] = max(1.0 - shown, 0.0)
+    return missing
+
+
+def cover_depths(missing: Shares, density: Kinds, area: Shares, sine: Reals) -> Shares:
+    """Compute K·A/sin δ, the mean number of objects of each kind (k,) on each line (n,)."""
+    return missing * density * area / sine[:, None]
+
+
+def covered_share(depths: Shares) -> Reals:
+    """Compute the share of lines that meet any object, 1 − exp(−Σ depth), (n,)."""
+    return -np.expm1(-depths.sum(axis=1))
+
+
+def first_hit_shares(depths: Shares) -> Shares:
+    """Compute the share of each kind in first hits, (n, k), 0 where no line meets anything."""
+    total = depths.sum(axis=1, keepdims=True)
+    return np.divide(depths, total, out=np.zeros_like(depths), where=total > 0)
+
+
+LEAST_LIGHT = 0.05
+"""Share of the sun's light on level ground that no surface counts below, so that none asks for an
+albedo without end."""
+
+
+def surface_irradiance(
+    normals: Float64[np.ndarray, "n 3"], to_sun: Triple, sky_share: Triple
+) -> Points:
+    """Compute the irradiance of unshadowed surfaces relative to that of level ground, (n, 3)."""
+    sun = np.maximum(normals @ to_sun / to_sun[2], LEAST_LIGHT)[:, None]
+    sky = (1 + normals[:, 2:3]) / 2
+    return (1 - sky_share) * sun + sky_share * sky
+
 
 LOWEST_DEG = DEPRESSIONS_DEG[0]
 """Least depression of lines of sight [degrees]: flatter lines nearly all meet something."""

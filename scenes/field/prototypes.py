@@ -8,14 +8,12 @@ from typing import Any
 import numpy as np
 
 from lod.arrays import ArrayData, FloatArray, Ints, Points
-from lod.crossfade import blend_weights
 from lod.motion import motion_steps
-from lod.pruner import BlendWeights, Cut, Parts
+from lod.pruner import BlendWeights, Cut, Parts, blend_weights
 from lod.shapes import Appearance, Instanced, Sticks, SticksAndTriangles
 from lod.view import View, distance
 from scenes.appearance.tone import Illumination, fit_tone
-from scenes.field.emission import emit, emit_meshes
-from scenes.field.part_tables import PartTables
+from scenes.field.part_tables import PartTables, emit, emit_meshes
 from scenes.field.traversal import TraversalTables, node_limits, traverse
 from scenes.processes.cache import content_key
 from scenes.rig.pose import Instances, PoseTables, pose_points

@@ -15,8 +15,7 @@ import numpy as np
 
 from lod.arrays import Reals
 from lod.hierarchy import Hierarchy
-from lod.kernels import ZERO, njit
-from lod.threads import map_chunks
+from lod.kernels import ZERO, map_chunks, njit
 from lod.view import View, compile_view, distance_to, is_displayed, sphere_in_frustum
 from scenes.field.part_tables import PartTables
 from scenes.rig.pose import (

@@ -18,9 +18,8 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from lod.arrays import Ints, Reals
 from lod.shapes import StickTable
 from scenes.appearance.fit import measure_overlap
-from scenes.rig.rig import Rig, RiggedSticks, rest_motion
+from scenes.rig.rig import Rig, RiggedSticks, from_euler, rest_motion
 from scenes.rig.rigged_prototype import RiggedPrototype, build_hierarchy
-from scenes.rig.rotations import from_euler
 from scenes.sticks.areas import mean_area, mean_outline_areas
 
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]

@@ -25,18 +25,21 @@ from pydantic import Field
 from lod.arrays import Reals
 from lod.errors import InputError
 from scenes.figures.anatomy import side_of
-from scenes.model_files.parameter_file import CLOSED
-from scenes.rig.rig import Feet, Motion, Rig, key_phases
-from scenes.rig.rigged_prototype import RiggedPrototype
-from scenes.rig.rotations import (
+from scenes.model_files import CLOSED
+from scenes.rig.rig import (
+    Feet,
+    Motion,
     Quaternions,
+    Rig,
     Vectors,
     from_euler,
     inverse,
+    key_phases,
     multiply_quaternions,
     rotate_vectors,
     to_euler,
 )
+from scenes.rig.rigged_prototype import RiggedPrototype
 
 Axis = Literal["x", "y", "z"]
 AXES: tuple[Axis, ...] = ("x", "y", "z")

@@ -119,12 +119,8 @@ class Relief:
 
     def bounds(self) -> tuple[float, float]:
         """Lowest and highest that the relief can be anywhere [m]."""
-        highest = self.bound_below(math.inf)
+        highest = NOISE_BOUND / self.unit * float(np.sum(self.rms))
         return -highest, highest
-
-    def bound_below(self, wavelength: float) -> float:
-        """Height that the octaves shorter than ``wavelength`` together never exceed [m]."""
-        return NOISE_BOUND / self.unit * float(np.sum(self.rms[self.wavelengths < wavelength]))
 
     def rms_between(self, shortest: float, longest: float) -> float:
         """RMS height of the octaves from ``shortest`` up to below ``longest`` [m]."""

@@ -25,9 +25,8 @@ import numpy as np
 from jaxtyping import Float64
 
 from lod.arrays import ArrayData, FloatArray, Ints, Reals
-from lod.kernels import njit
+from lod.kernels import map_chunks, njit
 from lod.shapes import StickTable
-from lod.threads import map_chunks
 from scenes.appearance.ray_grid import NOTHING, Grids, intersect_ray, make_grids, normal_at
 from scenes.appearance.sky import Sky, SunAndSky, cosine_direction
 from scenes.noise import lattice_bits, unit_float

@@ -35,7 +35,7 @@ from scenes.imported.part_tree import (
     node_settings,
     texture_colours,
 )
-from scenes.model_files.parameter_file import first_error
+from scenes.model_files import first_error
 
 MOST_JSON_BYTES = 2**24
 """Of a header at most: what it says is read into Python objects, some 30 times as large."""

@@ -40,10 +40,8 @@ from scenes.appearance.fit import (
 from scenes.imported.part_tree import PartTree
 from scenes.rig.rig import Motion, Rig, RiggedSticks, rest_motion
 from scenes.rig.rigged_prototype import RiggedPrototype
-from scenes.sticks.areas import along, directions, frame_across
-from scenes.sticks.by_view import ViewDependence
-from scenes.sticks.object_shapes import PartSticks
-from scenes.sticks.prototype import bounds_of_all_below, box_middles, part_contrast
+from scenes.sticks.areas import ViewDependence, along, directions, frame_across
+from scenes.sticks.prototype import PartSticks, bounds_of_all_below, box_middles, part_contrast
 
 _PIECES = 48
 """Pieces of one mesh, about as many or more."""

@@ -25,14 +25,14 @@ from scenes.imported.part_tree import (
     build_tree,
 )
 from scenes.imported.usd import read_usd
-from scenes.model_files.names import (
+from scenes.model_files import (
     SUFFIXES,
     built_in_names,
     is_model_file,
+    read_model_file,
     user_model_names,
     user_model_path,
 )
-from scenes.model_files.parameter_file import read_model_file
 from scenes.processes.cache import kept
 
 _BROKEN = ArithmeticError, AttributeError, LookupError, RuntimeError, TypeError, ValueError

@@ -20,7 +20,7 @@ from pydantic import BaseModel, Field, ValidationError
 from lod.arrays import ArrayData, FloatArray, IntArray
 from lod.errors import InputError
 from lod.shapes import Mesh, MeshTable, triangle_areas
-from scenes.model_files.parameter_file import CLOSED, first_error
+from scenes.model_files import CLOSED, first_error
 
 MOST_NODES, MOST_TRIANGLES = 50_000, 2_000_000
 """Nodes and triangles of one model at most: what a process can hold, prune and measure."""

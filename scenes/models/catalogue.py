@@ -1,6 +1,6 @@
 """The models that presets name, and the prototypes of each.
 
-A species of tree or an animal is a model by its file being there (``scenes.model_files.names``).
+A species of tree or an animal is a model by its file being there (``scenes.model_files``).
 What makes a model is imported when it is made, for prototypes are kept from one run to the next.
 """
 
@@ -9,7 +9,7 @@ from dataclasses import replace
 from functools import lru_cache
 
 from lod.errors import InputError
-from scenes.model_files.names import animal_names, tree_species_names
+from scenes.model_files import animal_names, tree_species_names
 from scenes.processes.cache import content_key, kept_data
 from scenes.processes.progress import steps, tell
 from scenes.rig.rig import rest_motion
@@ -24,7 +24,7 @@ Model = Callable[[int, int, Weather], Prototypes]
 
 def people(seed: int, count: int, _: Weather = CALM_SUMMER) -> tuple[RiggedPrototype, ...]:
     """Make adults and children, each with a walk of their own."""
-    from scenes.figures.person import people_at_rest, walking_people
+    from scenes.figures.animal_file import people_at_rest, walking_people
 
     return walking_people(people_at_rest(seed, count), seed)
 

@@ -30,8 +30,7 @@ from lod.arrays import ArrayData, FlagArray, FloatArray, Ints
 from lod.errors import InputError
 from lod.shapes import StickTable
 from scenes.appearance.fit import fit_appearances
-from scenes.sticks.object_shapes import PartSticks
-from scenes.sticks.prototype import PartPlaces, Prototype, assemble_prototype
+from scenes.sticks.prototype import PartPlaces, PartSticks, Prototype, assemble_prototype
 
 SUNK = 1.7
 """Radius of the finest balls in sides of their cells: bumps of a seventh of a cell."""

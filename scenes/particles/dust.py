@@ -39,15 +39,7 @@ from scenes.field.cells import candidates, search_bounds
 from scenes.field.species_field import SpeciesField, patrol_orbits
 from scenes.figures.gait import GRAVITY
 from scenes.noise import hash_name
-from scenes.particles.footfalls import (
-    Footfalls,
-    Landing,
-    Legs,
-    Soil,
-    Walkers,
-    footfalls,
-    landing,
-)
+from scenes.particles.footfalls import Footfalls, Landing, Legs, Soil, Walkers, footfalls, landing
 from scenes.particles.system import (
     Children,
     Drawn,

@@ -1,8 +1,8 @@
 """Footfalls of walkers, which raise dust, and the colour of the dust that they raise.
 
 Footfall k of a leg is when its walker's phase, counted on through all cycles, comes to k + strike.
-The walker was then at that point of its patrol (``scenes.figures.patrol``), and the foot over the
-footprint that ``scenes.rig.rig`` has for it as it lands.
+The walker was then at that point of its patrol (``scenes.field.species_field``), and the foot over
+the footprint that ``scenes.rig.rig`` has for it as it lands.
 
 The colour of dust follows from that of the ground that it comes from. A layer of grains that
 scatter a share w of what they meet, evenly to all sides, sends back ρ = (1 − γ)/(1 + γ) of the
@@ -22,7 +22,7 @@ from jaxtyping import Float64
 
 from lod.arrays import Ints, Reals
 from lod.camera import Corner
-from scenes.figures.patrol import PatrolOrbit
+from scenes.field.species_field import PatrolOrbit
 from scenes.ground.relief import Relief
 from scenes.ground.shading import GROUND_MATERIALS, SNOW, ground_colours
 from scenes.particles.system import SHADES

@@ -110,10 +110,6 @@ def _extent(value: Any) -> Any:
     return parse_length(value) if isinstance(value, str) else value
 
 
-def _size(value: Any) -> Any:
-    return value if isinstance(value, tuple) else parse_size(str(value))
-
-
 def _power_of_two(value: float) -> float:
     if value <= 0 or math.frexp(value)[0] != 0.5:
         near = 2.0 ** round(math.log2(value)) if value > 0 else 1.0
@@ -202,7 +198,7 @@ MostParts = Annotated[
 ]
 Size = Annotated[
     tuple[Side, Side],
-    BeforeValidator(_reported(_size)),
+    BeforeValidator(_reported(lambda x: x if isinstance(x, tuple) else parse_size(str(x)))),
     key(f"WIDTHxHEIGHT in pixels, each side from 1 to {LARGEST_SIDE}"),
 ]
 Metres = Annotated[float, Field(ge=-_FARTHEST_M, le=_FARTHEST_M)]

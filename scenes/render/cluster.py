@@ -12,7 +12,6 @@ import contextlib
 import json
 import logging
 import os
-import shutil
 import tempfile
 import threading
 import uuid
@@ -24,18 +23,14 @@ from typing import Any
 
 from lod.errors import InputError
 from scenes.files import DiskError, partial_path, stray_partials
-from scenes.processes.signals import signals_held
-from scenes.processes.streams import open_standard_streams
+from scenes.processes.streams import open_standard_streams, signals_held
 from scenes.render.exr.header import Record, Settings, software
 from scenes.render.exr.sequence import Job, commit_frame, failure, kept_record
-from scenes.render.frame_session import FrameSession
+from scenes.render.render_files import MOST_TRIES, FrameSession, answer
 from scenes.render.variants import trusting
-from scenes.render.worker import MOST_TRIES, answer
 
 _ANSWER_S = 8
 _WORKERS_S = 300
-_NOT_DASK = "what listens there does not speak as Dask does"
-_SCRATCH = "lodbench-workers-"
 MOST_WORKERS = 1024
 
 
@@ -85,9 +80,13 @@ def cluster(
             threads = threads or max(1, (os.cpu_count() or 1) // int(where))
         else:
             address = where if "://" in where else _address_in(where)
-            if wrong := asyncio.run(_what_is_wrong_at(address)):
-                rule = f"a Dask scheduler's address; {wrong}"
-                raise InputError("--cluster", where, rule, "see that it runs: dask scheduler")
+            try:
+                asyncio.run(_greet(address))
+            except Exception as error:  # what is not Dask may appear as any error at all
+                why = str(error).split("\n")[0][:200] or type(error).__name__
+                rule = f"a Dask scheduler's address; connecting ended with: {why}"
+                cure = "see that it runs: dask scheduler"
+                raise InputError("--cluster", where, rule, cure) from None
             client = stack.enter_context(distributed.Client(address, timeout=_ANSWER_S))
             say(f"lodbench: dashboard at {client.dashboard_link}")
         if not client.scheduler_info()["workers"]:
@@ -117,7 +116,10 @@ def _local(where: str, variant: str, certificate: Any) -> Iterator[Any]:
         "distributed.worker.http.routes": [],
     }
     with contextlib.ExitStack() as stack:
-        folder = stack.enter_context(scratch_folder(dask.config.get("temporary-directory")))
+        parent = dask.config.get("temporary-directory")
+        folder = stack.enter_context(
+            tempfile.TemporaryDirectory("", "lodbench-workers-", parent, ignore_cleanup_errors=True)
+        )
         # The scheduler, too, keeps its locks there.
         stack.enter_context(dask.config.set({**settings, "temporary-directory": folder}))
         with signals_held():
@@ -139,38 +141,6 @@ def _local(where: str, variant: str, certificate: Any) -> Iterator[Any]:
                 raise ChildProcessError(why) from error
             stack.enter_context(local)
         yield local
-
-
-@contextlib.contextmanager
-def scratch_folder(parent: str | None = None) -> Iterator[str]:
-    """Make a folder for what workers keep on disk, and remove it at the end with all in it.
-
-    What a process left that was killed is removed, too: its lock on its folder died with it.
-    ``parent`` is None for the system's temporary folder.
-    """
-    for old in Path(parent or tempfile.gettempdir()).glob(f"{_SCRATCH}*"):
-        with contextlib.suppress(OSError), _locked(old):
-            shutil.rmtree(old, ignore_errors=True)
-    folder = tempfile.mkdtemp(prefix=_SCRATCH, dir=parent)
-    try:
-        with _locked(Path(folder)):
-            yield folder
-    finally:
-        shutil.rmtree(folder, ignore_errors=True)
-
-
-@contextlib.contextmanager
-def _locked(folder: Path) -> Iterator[None]:
-    """Hold the lock of a folder. Raises OSError where another process has it."""
-    handle = os.open(folder, os.O_RDONLY)
-    try:
-        with contextlib.suppress(ImportError):
-            import fcntl
-
-            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        yield
-    finally:
-        os.close(handle)
 
 
 def _wait_for_a_worker(client: Any, where: str, say: Callable[[str], object]) -> None:
@@ -197,31 +167,14 @@ def _address_in(file: str) -> str:
     raise InputError("--cluster", file, rule, cure)
 
 
-async def _what_is_wrong_at(address: str) -> str:
-    """Greet what listens at an address as Dask does; nothing where it answers as Dask does.
-
-    The length of an answer is its first eight bytes, to Dask, so that whatever else answers may
-    appear as any error at all, MemoryError among them.
-    """
-    from distributed.comm import CommClosedError, connect
-    from distributed.security import Security
+async def _greet(address: str) -> None:
+    """Greet what listens at an address as Dask does; a client of Dask would wait for ever."""
+    from distributed import Security
+    from distributed.comm import connect
 
     security = Security().get_connection_args("client")
-    try:
-        greeting = connect(address, timeout=_ANSWER_S / 2, **security)
-        (await asyncio.wait_for(greeting, _ANSWER_S)).abort()
-    except CommClosedError:
-        return "what listens there closes the connection"
-    except TimeoutError:
-        return f"what listens there says nothing for {_ANSWER_S} s"
-    except OSError:
-        return "nothing answers there, or closes the connection at once"
-    except (ValueError, TypeError) as error:
-        known = ("address" in str(error), "TLS" in str(error))
-        return str(error) if any(known) else _NOT_DASK
-    except Exception:
-        return _NOT_DASK
-    return ""
+    greeting = connect(address, timeout=_ANSWER_S / 2, **security)
+    (await asyncio.wait_for(greeting, _ANSWER_S)).abort()
 
 
 def check_versions(client: Any) -> None:
@@ -247,8 +200,8 @@ def frame_task(
 ) -> dict[str, Any]:
     """Render a frame beside where it will stand.
 
-    Gives {record, partial}, or {input} or {disk} as worker.answer does; raises RuntimeError for
-    anything else that goes wrong, for Dask to try again.
+    Gives {record, partial}, or {input} or {disk} as render_files.answer does; raises RuntimeError
+    for anything else that goes wrong, for Dask to try again.
     """
     from distributed import get_worker
 

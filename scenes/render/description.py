@@ -31,7 +31,6 @@ from lod.errors import InputError
 from lod.kernels import njit
 from lod.pruner import Cut
 from lod.shapes import Instanced, Sticks, Triangles, batches_of
-from lod.threads import map_chunks
 from scenes.frame.frame_input import DisplayedRepresentation, FrameInput
 
 Description = dict[str, Any]
@@ -288,15 +287,21 @@ class Copies:
     def __len__(self) -> int:
         return len(self.which)
 
-    def add(self, copies: Instanced, first_row: int, objects: np.ndarray) -> None:
-        """Add copies whose parts begin in a row of the frame's ids."""
+    def add(
+        self,
+        copies: Instanced,
+        looks: Sequence[Sticks | Triangles],
+        first_row: int,
+        objects: np.ndarray,
+    ) -> None:
+        """Add copies that look so, whose parts begin in a row of the frame's ids."""
         _check_range("places of copies", copies.place, -3e38, 3e38)
         columns = copies.which + len(self.models), copies.place, copies.turn, objects
         for name, values in zip(("which", "place", "turn", "object"), columns, strict=True):
             setattr(self, name, np.concatenate((getattr(self, name), values)))
         for number in range(int(copies.model.max(initial=-1)) + 1):
             made = []
-            for shape in batches_of(copies.shape):
+            for shape in looks:
                 rows = np.flatnonzero(copies.model[shape.owner] == number)
                 if isinstance(shape, Triangles):
                     corners, faces = np.unique(shape.faces[rows], return_inverse=True)
@@ -342,9 +347,6 @@ NEAR_M, FAR_M = 0.05, 1e7
 
 _ID_LIMIT = 2**32
 
-_SHORTEST_RUN = 65536
-"""Rows of numbers for whose check another thread is worth its start."""
-
 
 def describe_frame(frame_input: FrameInput) -> Description:
     """Describe the whole frame: ``camera``, ``light``, ``integrator``; ``shapes`` by name.
@@ -367,13 +369,14 @@ def describe_frame(frame_input: FrameInput) -> Description:
     first = np.cumsum([1] + [_count_parts(each) for each in displayed])[:-1].tolist()
     objects = object_ids([each.cut for each in displayed])
     for each, row, object_id in zip(displayed, first, objects, strict=True):
-        for shape in batches_of(each.shape):
+        looks = batches_of(each.shape)
+        later = () if each.later is None else batches_of(each.later)
+        for shape in looks:
             _check(each, shape)
         if isinstance(each.shape, Instanced):
-            copies.add(each.shape, row, each.cut.object + object_id)
+            copies.add(each.shape, looks, row, each.cut.object + object_id)
             continue
-        later = (None, None) if each.later is None else (*batches_of(each.later), None)
-        for shape, then in zip(batches_of(each.shape), later, strict=False):
+        for shape, then in zip(looks, (*later, None, None), strict=False):
             if isinstance(shape, Sticks):
                 placed.append(PlacedSticks(shape, row, then if isinstance(then, Sticks) else None))
                 continue
@@ -532,12 +535,7 @@ def _check(v: DisplayedRepresentation, shape: Sticks | Triangles) -> None:
 def _check_range(where: str, values: np.ndarray, low: float, high: float) -> None:
     if not len(values):
         return
-
-    def ends(first: int, last: int) -> tuple[Any, Any]:
-        return values[first:last].min(), values[first:last].max()
-
-    lows, highs = zip(*map_chunks(ends, len(values), _SHORTEST_RUN), strict=True)
-    smallest, largest = np.min(lows), np.max(highs)  # NaN where any is
+    smallest, largest = values.min(), values.max()  # NaN where any is
     if not (np.isfinite(smallest) and low <= smallest and largest <= high and np.isfinite(largest)):
         arrived = smallest if not smallest >= low else largest
         raise InputError(where, float(arrived), f"finite, from {low:g} to {high:g}")

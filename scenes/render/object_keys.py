@@ -15,8 +15,7 @@ import numpy as np
 from lod.pruner import Cut
 from scenes.actors.performance import Cast
 from scenes.render.description import object_ids
-from scenes.scene import Scene
-from scenes.world.world import World
+from scenes.scene import Scene, World
 
 
 @dataclass(frozen=True)

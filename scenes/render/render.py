@@ -21,16 +21,17 @@ from lod.air import Air
 from lod.camera import Camera
 from lod.errors import InputError
 from scenes.frame.frame_input import (
+    Coverage,
     DisplayedRepresentation,
     FrameInput,
+    Layers,
     Quality,
     SampleWatch,
+    add_coverage,
     sampler_seed,
 )
-from scenes.frame.layers import Coverage, Layers, add_coverage
 from scenes.render import variants
 from scenes.render.description import MEDIUM, Description, describe_frame, with_camera
-from scenes.render.memory import check_memory
 from scenes.render.pictures import check_denoiser, denoise_layers
 
 
@@ -56,31 +57,25 @@ class BuiltFrame:
     seconds: dict[str, float]
 
 
-def build_frame(frame_input: FrameInput, most_bytes: int | None = None) -> BuiltFrame:
+def build_frame(frame_input: FrameInput, description: Description | None = None) -> BuiltFrame:
     """Describe and build a frame; it may be traced with other seeds and samples per pixel.
 
-    Raises InputError where it is estimated to need more memory than it may (``memory_limit``).
+    description  of the frame, where the caller made it: its arrays are taken over
     """
-    check_memory(frame_input, most_bytes)
-    start = time.perf_counter()
-    description = describe_frame(frame_input)
-    seconds = {"describe": time.perf_counter() - start}
-    built = build(description, frame_input.air, frame_input.quality)
-    return replace(built, seconds={**seconds, **built.seconds})
-
-
-def build(description: Description, air: Air, quality: Quality) -> BuiltFrame:
-    """Build the scene of a description, whose arrays it takes over."""
-    start = time.perf_counter()
+    start, seconds = time.perf_counter(), {}
+    if description is None:
+        description = describe_frame(frame_input)
+        seconds["describe"] = time.perf_counter() - start
+    start, quality, light = time.perf_counter(), frame_input.quality, description["light"]
+    statistics = _statistics(description)
     name = variants.choose(quality.variant, quality.is_spectral)
     variants.use(name)
     from scenes.render.build import build_scene
-    from scenes.render.haze import make_haze
+    from scenes.render.light import emitters, make_haze
 
-    statistics = _statistics(description)
-    scene = build_scene(description)
-    haze = make_haze(scene, air)
-    return BuiltFrame(scene, haze, name, statistics, {"build": time.perf_counter() - start})
+    scene, haze = build_scene(description, emitters(light)), make_haze(light, frame_input.air)
+    seconds["build"] = time.perf_counter() - start
+    return BuiltFrame(scene, haze, name, statistics, seconds)
 
 
 def trace(
@@ -111,11 +106,8 @@ def move_camera(
     eye's place. The eyes of a pair are near enough.
     """
     start = time.perf_counter()
-    from scenes.render.haze import make_haze
-
-    scene = built.scene
-    scene = replace(scene, description=with_camera(scene.description, camera, after))
-    haze = make_haze(scene, air)
+    described = with_camera(built.scene.description, camera, after)
+    scene, haze = replace(built.scene, description=described), replace(built.haze, air=air)
     seconds = {"describe": 0.0, "build": time.perf_counter() - start}
     return replace(built, scene=scene, haze=haze, seconds=seconds)
 
@@ -159,7 +151,7 @@ def render_subframes(
             built = move_camera(built, now.camera, now.air, now.after)
         else:
             built = None  # freed first: a JIT variant would count its shapes, too
-            built, displayed = build_frame(now, most_bytes=0), now.displayed
+            built, displayed = build_frame(now), now.displayed
         share = quality.spp // n + (number < quality.spp % n)
         seed = sampler_seed(quality.seed, frame, number)
         layers = trace(built, replace(quality, spp=share, seed=seed), frame, watch)
@@ -185,16 +177,13 @@ def render_frame(
     frame: int = 0,
     watch: SampleWatch = ignore_samples,
     description: Description | None = None,
-    most_bytes: int | None = None,
 ) -> Layers:
     """Render ``frame``: same arguments, same bytes, within a variant and on any thread count.
 
     description  the frame's description, where the caller made it in order to free
                  ``frame_input.displayed`` before the scene is built; its arrays are taken over, so
-                 that it cannot be used again, and who has seen to its memory. None: it is made here
-    most_bytes   that it may need, as of ``memory_limit``
-    Raises InputError for numbers that the renderer would accept silently (NaN, albedo above 1), and
-    for what is estimated to need more memory than it may.
+                 that it cannot be used again. None: it is made here
+    Raises InputError for numbers that the renderer would accept silently (NaN, albedo above 1).
     """
     if frame_input.denoise:
         check_denoiser()
@@ -202,13 +191,9 @@ def render_frame(
     is_pair = bool(frame_input.camera.baseline_m)
     seen = [_seen_by(frame_input, eye) for eye in (0, 1)] if is_pair else [frame_input]
     if frame_input.subframes:
-        check_memory(frame_input, most_bytes)
         found = [render_subframes(each, frame, watch) for each in seen]
     else:
-        if description is None:
-            built = build_frame(frame_input, most_bytes)
-        else:
-            built = build(description, air, quality)
+        built = build_frame(frame_input, description)
         found = []
         for each in seen:  # both eyes see one scene, built once
             now = move_camera(built, each.camera, air, each.after) if is_pair else built

@@ -27,10 +27,16 @@ import mitsuba as mi
 import numpy as np
 
 from scenes.frame.frame_input import Quality, SampleWatch, sampler_seed
-from scenes.render.build import GUIDES, BuiltScene, pinhole, sensor
-from scenes.render.camera_rays import pixel_directions, sample_groups, square_sides
-from scenes.render.haze import Direction, Haze, NumpyArrays, air_along
-from scenes.render.samples import Samples
+from scenes.render.build import GUIDES, BuiltScene
+from scenes.render.light import Direction, Haze, NumpyArrays, air_along
+from scenes.render.samples import (
+    Samples,
+    pinhole,
+    pixel_directions,
+    sample_groups,
+    sensor,
+    square_sides,
+)
 
 _IMAGE, _DISTANCE, _CORRECTION, _GUIDES = range(4)
 

@@ -1,9 +1,9 @@
 """Which Mitsuba variants work on this machine, each tried in a child process.
 
 libLLVM is not in Mitsuba's wheel: on Linux x86-64 the package karellen-llvm-core brings it into the
-environment, which names it (``scenes/__init__.py``), and elsewhere the system's is taken. A wrong
-one does not raise: it aborts the process. So every candidate renders a tiny scene in a child first.
-Where ``DRJIT_LIBLLVM_PATH`` names one, no other is tried.
+environment, which names it in ``DRJIT_LIBLLVM_PATH`` (``scenes/__init__.py``), and elsewhere
+Dr.Jit looks for the system's. A wrong one does not raise: it aborts the process. So it renders a
+tiny scene in a child first.
 """
 
 import os
@@ -11,7 +11,6 @@ import platform
 import re
 import subprocess
 import sys
-from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import lru_cache
@@ -25,16 +24,6 @@ TRUSTED = "LODBENCH_TRUSTED_VARIANT"
 
 JIT_VARIANT, SCALAR_VARIANT = "llvm_ad_rgb", "scalar_rgb"
 _TIMEOUT_S = 120
-_FOLDERS = (
-    "/usr/lib/x86_64-linux-gnu",
-    "/usr/lib/aarch64-linux-gnu",
-    "/usr/lib64",
-    "/usr/lib",
-    "/usr/local/lib",
-    "/opt/homebrew/opt/llvm/lib",
-    "/usr/local/opt/llvm/lib",
-    f"{sys.prefix}/lib",
-)
 
 
 @dataclass(frozen=True)
@@ -42,8 +31,8 @@ class Probe:
     """What works here.
 
     variants   every variant of the wheel: True, or why it does not work
-    libllvm    path of the libLLVM that the llvm variants use; None without one
-    libraries  every libLLVM that was tried: True, or why it does not work
+    libllvm    path of the libLLVM that the llvm variants use; None without one that works
+    libraries  of the libLLVM that was tried: True, or why it does not work
     """
 
     variants: dict[str, bool | str]
@@ -58,7 +47,7 @@ def probe() -> Probe:
     names = list(mitsuba.variants())
     with ThreadPoolExecutor(max_workers=2) as pool:
         variants = dict(zip(names, pool.map(works, names), strict=True))
-    return Probe(variants, libllvm(), _libraries())
+    return Probe(variants, libllvm(), {_library(): works(JIT_VARIANT)})
 
 
 def choose(name: str = "auto", spectral: bool = False) -> str:
@@ -68,8 +57,6 @@ def choose(name: str = "auto", spectral: bool = False) -> str:
 
     Raises InputError for a variant that is asked for by name and unknown, or does not work.
     """
-    if name == "auto" or name.startswith("llvm_"):
-        _point_to_library()
     colours = "_spectral" if spectral else "_rgb"
     if name == "auto":
         fast, sure = (each.replace("_rgb", colours) for each in (JIT_VARIANT, SCALAR_VARIANT))
@@ -91,40 +78,14 @@ def choose(name: str = "auto", spectral: bool = False) -> str:
 
 def trusting(name: str) -> dict[str, str]:
     """The environment of a child process that need not try this variant again."""
-    if name.startswith("llvm_"):
-        _point_to_library()
     return {**os.environ, TRUSTED: name}
 
 
 def use(name: str) -> None:
     """Make ``name`` Mitsuba's variant in this process, with the libLLVM that passed the probe."""
-    if name.startswith("llvm_"):
-        _point_to_library()
     import mitsuba
 
     mitsuba.set_variant(name)
-
-
-def _point_to_library() -> None:
-    """Name the libLLVM that passed; Dr.Jit reads the variable once, when it is first imported."""
-    if TRUSTED in os.environ:
-        return
-    if library := libllvm():
-        os.environ[LLVM_PATH] = library
-
-
-@lru_cache(maxsize=64)
-def works(name: str) -> bool | str:
-    """True, or why this variant does not work here."""
-    if name == os.environ.get(TRUSTED):
-        return True
-    if not name.startswith("llvm_"):
-        return _try(name, None)
-    library = libllvm()
-    if library:
-        return True if name == JIT_VARIANT else _try(name, library)
-    found = [f"{Path(path).name}: {why}" for path, why in _libraries().items()]
-    return "; ".join(found) or f"no libLLVM was found: {how_to_install()}"
 
 
 def how_to_install() -> str:
@@ -139,66 +100,22 @@ def how_to_install() -> str:
 
 
 def libllvm() -> str | None:
-    """Path of the newest libLLVM that renders; None without one."""
-    return next((path for path, answer in _libraries().items() if answer is True), None)
+    """Path of the libLLVM that renders; None without one."""
+    return _library() if works(JIT_VARIANT) is True else None
 
 
-@lru_cache(maxsize=1)
-def _libraries() -> dict[str, bool | str]:
-    """Candidates in the order tried, up to the first that renders."""
-    tried: dict[str, bool | str] = {}
-    for path in candidates():
-        tried[path] = _try(JIT_VARIANT, path)
-        if tried[path] is True:
-            break
-    return tried
+def _library() -> str:
+    return os.environ.get(LLVM_PATH, "what Dr.Jit finds")
 
 
-def candidates() -> list[str]:
-    """Every distinct libLLVM here: the environment's, then the system's, the newest first.
-
-    Only the user's where one is named.
-    """
-    if asked := os.environ.get(LLVM_PATH):
-        return [asked]
-    found: dict[str, Path] = {}
-    for path in _found():
-        found.setdefault(str(path.resolve()), path)
-    own = packaged_library()
-    rest = sorted(map(str, found.values()), key=_version, reverse=True)
-    return [*([str(own)] if own else []), *(each for each in rest if Path(each) != own)]
-
-
-def _found() -> Iterator[Path]:
-    for line in _loader_cache():
-        if "libLLVM" in line and "=>" in line:
-            yield Path(line.split("=>")[1].strip())
-    folders = [Path(folder) for folder in _FOLDERS]
-    folders += sorted(Path("/usr/lib").glob("llvm-*/lib"))
-    for folder in folders:
-        for pattern in ("libLLVM*.so*", "libLLVM*.dylib"):
-            yield from (path for path in sorted(folder.glob(pattern)) if path.is_file())
-
-
-def _loader_cache() -> list[str]:
-    try:
-        done = subprocess.run(["ldconfig", "-p"], capture_output=True, text=True, timeout=20)
-    except (OSError, subprocess.TimeoutExpired):
-        return []
-    return done.stdout.splitlines()
-
-
-def _version(path: str) -> tuple[tuple[int, ...], str]:
-    """(19, 1) of libLLVM.so.19.1, (15, 1) of libLLVM-15.so.1, (0,) where the name does not say."""
-    name = Path(path).resolve().name
-    return tuple(int(digits) for digits in re.findall(r"\d+", name)) or (0,), path
-
-
-def _try(variant: str, library: str | None) -> bool | str:
-    """Render the tiny scene in a child: True, or why not."""
-    if library and not Path(library).is_file():
+@lru_cache(maxsize=64)
+def works(variant: str) -> bool | str:
+    """Render the tiny scene in a child: True, or why this variant does not work here."""
+    if variant == os.environ.get(TRUSTED):
+        return True
+    library = os.environ.get(LLVM_PATH)
+    if variant.startswith("llvm_") and library and not Path(library).is_file():
         return f"there is no file {library}"
-    environment = dict(os.environ, **({LLVM_PATH: library} if library else {}))
     try:
         done = subprocess.run(
             [sys.executable, "-P", "-c", _PROBE, variant],
@@ -206,13 +123,13 @@ def _try(variant: str, library: str | None) -> bool | str:
             text=True,
             errors="replace",
             timeout=_TIMEOUT_S,
-            env=environment,
         )
     except subprocess.TimeoutExpired:
         return f"no answer in {_TIMEOUT_S} s"
     if done.returncode == 0 and done.stdout.strip().endswith("works"):
         return True
-    return _why(done.returncode, done.stderr)
+    why = _why(done.returncode, done.stderr)
+    return f"{Path(_library()).name}: {why}" if variant.startswith("llvm_") else why
 
 
 _PROBE = """

@@ -22,8 +22,7 @@ from typing import NamedTuple
 import numpy as np
 
 from lod.kernels import njit
-from scenes.rig.rig import Motion, Rig
-from scenes.rig.rotations import quaternion_product, rotate_vector, to_euler
+from scenes.rig.rig import Motion, Rig, quaternion_product, rotate_vector, to_euler
 
 STRAIGHTEST = 0.9985
 """How far a leg stretches at most, as a share of its length, where its motion stretches it less."""

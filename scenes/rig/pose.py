@@ -16,8 +16,7 @@ import numpy as np
 
 from lod.arrays import Ints, Points, frozen
 from lod.errors import InputError
-from lod.kernels import ONE, ZERO, njit
-from lod.threads import map_chunks
+from lod.kernels import ONE, ZERO, map_chunks, njit
 from scenes.rig.leg_ik import (
     AHEAD,
     PRINT_Z,
@@ -32,9 +31,16 @@ from scenes.rig.leg_ik import (
     set_rotation,
     solve_foot,
 )
-from scenes.rig.rig import Motion, Rig, print_and_swing
+from scenes.rig.rig import (
+    Motion,
+    Rig,
+    Vectors,
+    print_and_swing,
+    quaternion_product,
+    rotate_vector,
+    slerp_weights,
+)
 from scenes.rig.rigged_prototype import RiggedPrototype
-from scenes.rig.rotations import Vectors, quaternion_product, rotate_vector, slerp_weights
 
 _MIN_ANGLE = 1e-9
 """Least angle between two keys: weights are the shares themselves there [rad]."""

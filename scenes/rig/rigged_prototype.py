@@ -31,10 +31,16 @@ from lod.errors import InputError
 from lod.hierarchy import Hierarchy, max_over_tied, representative
 from lod.kernels import njit
 from lod.shapes import MeshTable, StickTable
-from scenes.rig.rig import Motion, Rig, RiggedSticks, rest_motion, to_object_frame
-from scenes.rig.rotations import Quaternions, from_euler
-from scenes.sticks.areas import largest_area
-from scenes.sticks.by_view import ViewDependence
+from scenes.rig.rig import (
+    Motion,
+    Quaternions,
+    Rig,
+    RiggedSticks,
+    from_euler,
+    rest_motion,
+    to_object_frame,
+)
+from scenes.sticks.areas import ViewDependence, largest_area
 from scenes.sticks.prototype import Prototype, bounds_of_all_below, part_contrast
 
 P_POSES = 6

@@ -20,7 +20,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from scenes.model_files.parameter_file import CLOSED, read_model_file
+from scenes.model_files import CLOSED, read_model_file
 
 Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
@@ -150,7 +150,7 @@ CALM_SUMMER = Weather()
 
 @cache
 def tree_species(name: str) -> TreeSpecies:
-    """Read the species of a name (see ``scenes.model_files.names.tree_species_names``).
+    """Read the species of a name (see ``scenes.model_files.tree_species_names``).
 
     Raises InputError for anything in its file that breaks a rule.
     """

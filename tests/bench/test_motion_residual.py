@@ -20,13 +20,12 @@ from lod.metric import METRICS
 from lod.pruner import prune
 from lod.view import View
 from scenes.field.species_field import Placed
-from scenes.frame.frame_input import DisplayedRepresentation, Quality, display
-from scenes.ground.terrain import Terrain
+from scenes.frame.frame_input import DisplayedRepresentation, Light, Quality, display
+from scenes.ground.mesh import Terrain
 from scenes.models.stone import boulder_prototypes
 from scenes.presets.load import load_preset
 from scenes.render.variants import choose
 from scenes.scene import Scene
-from scenes.world.sun_and_sky import Light
 
 SIZE = (32, 18)
 GROUND = Terrain(0, 0.0, 64.0, 0.8, reach=32.0)

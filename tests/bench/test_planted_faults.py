@@ -14,11 +14,11 @@ from bench.experiment import experiments
 from bench.images import cover
 from bench.runs import RunRequest, run_experiment
 from lod.air import CLEAR
+from scenes import scene
 from scenes.field import prototypes as lit_prototypes
 from scenes.field import prototypes as posed_species
-from scenes.render import haze
+from scenes.render import light
 from scenes.scene import Scene
-from scenes.world import world
 from tests.bench.edited import with_cases
 
 EXPERIMENTS = experiments()
@@ -47,12 +47,12 @@ def test_denser_air_in_the_renderer_alone_is_found_by_air(monkeypatch):
     if not cases:
         pytest.skip("no variant with a just-in-time compiler works here")
     before = verdicts("air", "air", cases)
-    make = haze.make_haze
+    make = light.make_haze
     monkeypatch.setattr(
-        haze,
+        light,
         "make_haze",
-        lambda built, air: make(
-            built, air if air == CLEAR else replace(air, visibility_m=air.visibility_m / 1.05)
+        lambda described, air: make(
+            described, air if air == CLEAR else replace(air, visibility_m=air.visibility_m / 1.05)
         ),
     )
     after = verdicts("air", "air", cases)
@@ -107,7 +107,7 @@ def test_far_cover_that_is_off_is_found_by_cover(monkeypatch):
     """What is too small to display leaves nothing on the land, 5 km away."""
     cases = [each for each in quick_cases("images", "cover") if each.args[0] == "far_5_km"]
     before = verdicts("images", "cover", cases)
-    monkeypatch.setattr(world, "AggregateCover", lambda *of: None)
+    monkeypatch.setattr(scene, "AggregateCover", lambda *of: None)
     after = verdicts("images", "cover", cases)
     where = "far_5_km/air_of_the_preset/1_px/5049-5178_m"
     name = f"luminance_ratio_to_the_unpruned_scene/{where}"

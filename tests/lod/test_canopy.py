@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lod.canopy import (
+from scenes.field.far_cover import (
     cover_depths,
     covered_share,
     first_hit_shares,

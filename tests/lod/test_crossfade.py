@@ -9,9 +9,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lod.camera import Corner, camera_from_heading
-from lod.crossfade import blend_weights, fade_factors, leaf_area_share, radius_factor
 from lod.metric import METRICS
-from lod.pruner import Cut, Parts, cut_from_parts
+from lod.pruner import (
+    Cut,
+    Parts,
+    blend_weights,
+    cut_from_parts,
+    fade_factors,
+    leaf_area_share,
+    radius_factor,
+)
 from lod.shapes import Sticks, StickTable
 from lod.view import View
 from scenes.sticks.areas import mean_outline_areas

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lod.errors import InputError
-from lod.part_budget import MAX_PRUNES, MIN_BUDGET_USE, find_detail
+from scenes.render.budget import MAX_PRUNES, MIN_BUDGET_USE, find_detail
 
 
 @given(

@@ -12,8 +12,7 @@ from lod.pruner import prune
 from lod.update_schedule import WINDOW
 from lod.view import compile_view, in_view, sphere_in_frustum
 from scenes.presets.load import load_preset
-from scenes.scene import Scene, frame_quality
-from scenes.world.sun_and_sky import preset_air, sun_and_sky
+from scenes.scene import Scene, frame_quality, sun_and_sky
 
 
 def test_a_panorama_is_pruned_all_round_at_one_angle():
@@ -43,14 +42,14 @@ def sight(*settings, frame=1):
 
 
 def test_the_air_is_the_presets_own():
-    assert preset_air(load_preset("meadow", ["air.visibility=5km"])) == Air(5000.0)
-    assert preset_air(load_preset("fly_in")) == Air()
+    assert Scene(load_preset("meadow", ["air.visibility=5km"])).air == Air(5000.0)
+    assert Scene(load_preset("fly_in")).air == Air()
 
 
 def test_haze_alone_prunes_by_the_clearest_band_it_is_painted_in():
     found = sight("air.visibility=5km")
     assert not found.acuity
-    painted = rgb_extinction(preset_air(load_preset("meadow", ["air.visibility=5km"])))
+    painted = rgb_extinction(Scene(load_preset("meadow", ["air.visibility=5km"])).air)
     assert found.extinction == painted.min() == painted[0]
     assert found.widths.effective == found.widths.pixel
 

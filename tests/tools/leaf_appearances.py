@@ -34,19 +34,17 @@ from scenes.appearance.tone import Illumination
 from scenes.appearance.visible_area import visible_areas
 from scenes.field.species_field import Placed
 from scenes.files import write_text
-from scenes.frame.frame_input import DisplayedRepresentation, FrameInput, Quality
+from scenes.frame.frame_input import DisplayedRepresentation, FrameInput, Light, Quality
 from scenes.ground.shading import GROUND_MATERIALS
-from scenes.model_files.names import tree_species_names
+from scenes.model_files import tree_species_names
 from scenes.models.catalogue import MODELS, PROTOTYPE_SEED, at_rest
 from scenes.render.render import render_frame
 from scenes.render.variants import choose
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.sticks.areas import directions
-from scenes.sticks.object_shapes import Shapes
-from scenes.sticks.prototype import LUMINANCE, Prototype
+from scenes.sticks.prototype import LUMINANCE, Prototype, Shapes
 from scenes.trees.species import CALM_SUMMER, TreeSpecies, read_species, tree_species
 from scenes.trees.tree import tree_prototypes
-from scenes.world.sun_and_sky import Light
 
 UNSEEN = ("poplar", "acacia", "pine")
 """Kinds of tree whose parameters were frozen before the fit that they judge."""

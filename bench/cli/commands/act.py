@@ -17,8 +17,8 @@ from lod.errors import InputError
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
 def command(preset: str, folder: str, max_memory: int | None, as_json: bool, **flags: Any) -> None:
     """Act all frames once; `render` into the same folder replays them."""
-    from scenes.render.acting_track import prepare_track, read_track, track_path
-    from scenes.render.memory import preflight
+    from scenes.render.budget import preflight
+    from scenes.render.render_files import prepare_track, read_track, track_path
     from scenes.scene import Scene
 
     chosen = preset_from_flags(preset, **flags)

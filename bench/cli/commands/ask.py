@@ -22,10 +22,9 @@ def command(
 
     position and orientation are in the frame of the part's whole; where is in the scene.
     """
-    from scenes.actors.say import plain
-    from scenes.render.memory import preflight
+    from scenes.render.budget import preflight
     from scenes.scene import Scene
-    from scenes.world.cast import answer_at
+    from scenes.world.cast import answer_at, plain
 
     chosen = preset_from_flags(preset, **flags)
     preflight(Scene(chosen), (), max_memory)

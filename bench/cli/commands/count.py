@@ -34,8 +34,7 @@ def command(preset: str, frame: int, as_json: bool, max_memory: int | None, **fl
     if workload:
         _check_as_it_is(workload, chosen, frame)
     from bench.frame_counts import Stopwatch, count
-    from scenes.render.budget import within_budget
-    from scenes.render.memory import preflight
+    from scenes.render.budget import preflight, within_budget
     from scenes.scene import Scene
 
     tell_first_run()

@@ -40,7 +40,7 @@ def command(preset: str | None, frame: str | None, only: tuple[int, ...], as_jso
     from bench.experiment import experiments
     from lod.metric import METRICS, Metric
     from scenes.actors.behaviours import described_behaviours
-    from scenes.model_files.names import models_folder, user_model_names
+    from scenes.model_files import models_folder, user_model_names
     from scenes.plugins import METRIC, REPRESENTATION, RepresentationPlugin, described
     from scenes.presets.load import preset_names
 
@@ -65,8 +65,7 @@ def command(preset: str | None, frame: str | None, only: tuple[int, ...], as_jso
 
 
 def _keys(preset: str, as_json: bool) -> None:
-    from scenes.presets.keys import key_entries
-    from scenes.presets.load import load_preset, preset_values
+    from scenes.presets.load import key_entries, load_preset, preset_values
 
     rows: list[tuple[Any, ...]]
     if preset:
@@ -93,9 +92,9 @@ def _text(value: Any) -> str:
 
 
 def _objects(path: Path, only: tuple[int, ...], as_json: bool) -> None:
+    from scenes.render.budget import preflight
     from scenes.render.exr.header import preset_from_settings
     from scenes.render.exr.sequence import read_whole
-    from scenes.render.memory import preflight
     from scenes.render.object_keys import identities
     from scenes.scene import Scene
 

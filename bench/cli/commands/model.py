@@ -17,13 +17,11 @@ from lod.metric import METRICS
 from lod.pruner import Parts, cut_from_parts, prune
 from lod.view import View
 from scenes.field.species_field import Placed
-from scenes.frame.frame_input import FrameInput, Quality, display
-from scenes.frame.layers import Layers
-from scenes.ground.terrain import Terrain
+from scenes.frame.frame_input import FrameInput, Layers, Light, Quality, display
+from scenes.ground.mesh import Terrain
 from scenes.render.pictures import PictureStyle, preview_pixels, save_sheet
 from scenes.render.render import render_frame
 from scenes.rig.rigged_prototype import RiggedPrototype
-from scenes.world.sun_and_sky import Light
 
 if TYPE_CHECKING:
     from scenes.imported.part_tree import PartTree
@@ -66,7 +64,7 @@ def add(file: str, name: str | None, overwrite: bool, sheet: str | None, as_json
 def list_models(as_json: bool) -> None:
     """Models that were added, a line each."""
     from scenes.imported.library import user_model
-    from scenes.model_files.names import models_folder, user_model_names
+    from scenes.model_files import models_folder, user_model_names
 
     with output(as_json) as out:
         found = {}
@@ -93,7 +91,7 @@ def list_models(as_json: bool) -> None:
 def show(model: str, sheet: str | None, as_json: bool) -> None:
     """What a model holds, level by level; a file is read and checked, and not kept."""
     from scenes.imported.library import read_model, user_model
-    from scenes.model_files.names import is_model_file
+    from scenes.model_files import is_model_file
 
     with output(as_json) as out:
         is_file = is_model_file(model) or "/" in model

@@ -9,11 +9,12 @@ import psutil
 import pytest
 
 from lod.errors import InputError
+from scenes import scene as scenes_scene
 from scenes.processes import memory_limit
 from scenes.render import render as stages
-from scenes.render.memory import preflight
+from scenes.render.budget import preflight
 from scenes.scene import Scene
-from scenes.world import cast, world
+from scenes.world import cast
 from tests.said import said
 
 GB = 10**9
@@ -58,7 +59,7 @@ def test_what_needs_more_than_is_free_is_refused(
 def test_many_prototypes_are_refused_before_they_are_made(
     run: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(world, "model_prototypes", began)
+    monkeypatch.setattr(scenes_scene, "model_prototypes", began)
     sizes = ",".join(str(1 + k / 64) for k in range(64))
     prototypes = ("-D", "species.tree.prototypes=256", "-D", f"{FOREST}[{sizes}]")
     code, _, err = run("count", "meadow", *prototypes)
@@ -141,14 +142,14 @@ def test_a_repair_estimates_the_actors_of_its_frames(
     """In the process that renders, by the settings on record."""
     from scenes import scene
     from scenes.presets.load import load_preset
-    from scenes.render import frame_session
+    from scenes.render import render_files
     from scenes.render.exr.header import frame_settings
 
     (tmp_path / "throng.toml").write_text(THRONG)
     monkeypatch.setattr(scene, "build_world", began)
-    monkeypatch.setattr(frame_session, "replayed", began)
+    monkeypatch.setattr(render_files, "replayed", began)
     chosen = load_preset("throng.toml", [OVER["frames"][1], OVER["frames"][3]])
-    session = frame_session.FrameSession(frame_settings(chosen, "scalar_rgb", "0" * 64))
+    session = render_files.FrameSession(frame_settings(chosen, "scalar_rgb", "0" * 64))
     with pytest.raises(InputError, match="21 actors in 1,000,001 frames need about"):
         session.preflight([1], tmp_path)
     with pytest.raises(InputError, match="21 actors in 1,000,001 frames need about"):

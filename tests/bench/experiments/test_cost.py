@@ -20,7 +20,7 @@ from bench.records.records import Column, Point, columns, merge_points
 from bench.timing import DARK, SAMPLES, noise_of_pair, sampling_settings
 from scenes.frame.frame_input import Quality
 from scenes.render import variants
-from scenes.render.light import load_plugin
+from scenes.render.build import load_plugin
 from scenes.render.variants import JIT_VARIANT, choose, works
 from tests.bench.edited import record_of
 

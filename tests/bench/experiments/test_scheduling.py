@@ -34,9 +34,8 @@ from lod.update_schedule import WINDOW
 from scenes.actors.acting import Rules
 from scenes.actors.behaviours import BEHAVIOURS
 from scenes.presets.load import load_preset
-from scenes.scene import Scene
+from scenes.scene import Scene, make_terrain
 from scenes.world.cast import make_cast
-from scenes.world.world import make_terrain
 from tests.bench.edited import edited, record_of
 
 THIN = (

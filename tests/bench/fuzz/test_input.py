@@ -55,8 +55,7 @@ from lod.metric import Metric
 from scenes import plugins as entry_points
 from scenes.files import check_pattern
 from scenes.imported.library import pack, read_model, unpack
-from scenes.presets.keys import known_keys
-from scenes.presets.load import load_preset, preset_from, preset_names
+from scenes.presets.load import known_keys, load_preset, preset_from, preset_names
 from scenes.processes.cache import kept_data
 from scenes.render.exr.sequence import read_whole
 from tests.scenes.imported.sample_models import glb, lamp_tree_parts, mill
@@ -374,7 +373,7 @@ def models(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def frame(tmp_path_factory: pytest.TempPathFactory) -> bytes:
     """One small frame, as it is written."""
     from scenes.render.exr.header import frame_settings
-    from scenes.render.frame_session import FrameSession
+    from scenes.render.render_files import FrameSession
 
     small = ['render.size="8x8"', "render.spp=1", "view.detail=50"]
     path = tmp_path_factory.mktemp("frame") / "a.0001.exr"

@@ -29,9 +29,9 @@ from lod.air import rgb_extinction
 from lod.metric import METRICS
 from lod.pruner import prune
 from lod.view import in_view
-from scenes.frame.layers import Layers
+from scenes.frame.frame_input import Layers
 from scenes.presets.load import load_preset
-from scenes.scene import Scene, preset_air
+from scenes.scene import Scene
 from scenes.sticks.prototype import LUMINANCE
 
 
@@ -64,7 +64,7 @@ def test_light_is_summed_by_the_distances_of_each_picture():
 
 def test_the_light_of_the_land_is_what_the_air_lets_through():
     """As dark as the extinction says at each distance; nothing of the sky is left."""
-    air = preset_air(load_preset("aerial"))
+    air = Scene(load_preset("aerial")).air
     found = land_light(picture([[0.0, 1000.0, 1e10]], 0.5), air)
     through = np.exp(-1000 * rgb_extinction(air)) @ LUMINANCE
     assert found[0] == pytest.approx([0.5, 0.5 * through, 0.0], abs=1e-6)

@@ -6,15 +6,29 @@ import numpy as np
 import pytest
 
 from lod.actors.actor import (
+    IDENTITY_JOINT,
+    NORTH,
+    UP,
     Actor,
     CompoundActor,
+    JointLimits,
     PositionableObject,
+    RevoluteJoint,
     SimpleActor,
+    rotate,
+    rotation,
 )
-from lod.actors.joint import IDENTITY_JOINT, JointLimits, RevoluteJoint
-from lod.actors.message import Answer, Message, Refusal, Refused, ask, change
-from lod.actors.object_with_parts import ObjectWithParts, mutator, query
-from lod.actors.quaternion import NORTH, UP, rotate, rotation
+from lod.actors.object_with_parts import (
+    Answer,
+    Message,
+    ObjectWithParts,
+    Refusal,
+    Refused,
+    ask,
+    change,
+    mutator,
+    query,
+)
 from lod.errors import InputError
 
 SHIN, STUMP, FOOT = "shin", "stump", "foot"

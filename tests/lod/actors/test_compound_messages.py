@@ -6,10 +6,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lod.actors.actor import CompoundActor, SimpleActor
-from lod.actors.joint import RevoluteJoint
-from lod.actors.message import Action, Answer, Message, Refusal, ask, change
-from lod.actors.object_with_parts import mutator
+from lod.actors.actor import CompoundActor, RevoluteJoint, SimpleActor
+from lod.actors.object_with_parts import Action, Answer, Message, Refusal, ask, change, mutator
 from lod.errors import InputError
 
 # Unlike one another, so that a name with one letter wrong is still nearest to itself.

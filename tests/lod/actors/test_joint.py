@@ -5,10 +5,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lod.actors.joint import JointLimits, RevoluteJoint
-from lod.actors.quaternion import (
+from lod.actors.actor import (
     NORTH,
+    JointLimits,
     Quaternion,
+    RevoluteJoint,
     components,
     from_angles,
     rotate,

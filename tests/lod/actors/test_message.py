@@ -3,7 +3,7 @@ import importlib
 
 import pytest
 
-from lod.actors.message import Answer, Refusal, Refused, nearest_route, parse_route
+from lod.actors.object_with_parts import Answer, Refusal, Refused, nearest_route, parse_route
 from lod.errors import InputError
 
 MODULES = ("quaternion", "message", "object_with_parts")

@@ -6,7 +6,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from lod.actors.quaternion import (
+from lod.actors.actor import (
     EAST,
     IDENTITY,
     NORTH,

@@ -1,8 +1,8 @@
 """A small scene with live actors, for tests."""
 
 from scenes.presets.load import preset_from
+from scenes.scene import make_terrain
 from scenes.world.cast import make_acting, make_cast, preset_roles, role_prototypes
-from scenes.world.world import make_terrain
 
 JOE = {"model": "figure", "position": (0.0, 0.0), "heading": 180.0}
 ANN = {"model": "figure", "position": (3.0, 1.0), "prototype": 2}

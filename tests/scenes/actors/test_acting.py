@@ -6,13 +6,12 @@ import signal
 import numpy as np
 import pytest
 
-from lod.actors.message import Refusal, Refused, ask, change
-from lod.actors.object_with_parts import ObjectWithParts
+from lod.actors.object_with_parts import ObjectWithParts, Refusal, Refused, ask, change
 from lod.errors import InputError
 from scenes.actors.behaviours import BEHAVIOURS
 from scenes.actors.performance import EIGHTHS, YAW, X, Y, from_bytes, to_bytes, track_of
 from scenes.actors.performance import performance_of as replay
-from scenes.processes.signals import Stopped, raise_when_stopped, restore
+from scenes.processes.streams import Stopped, raise_when_stopped, restore
 from tests.scenes.actors.scene import ANN, JOE, acting_of, performance_of, preset
 
 WALKERS = {"joe": JOE | {"behaviour": "walk"}, "ann": ANN | {"behaviour": "walk"}}

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lod.actors.message import ask, change
+from lod.actors.object_with_parts import ask, change
 from scenes.actors.behaviours import BEHAVIOURS
 from scenes.actors.performance import YAW, X, Y
 from tests.scenes.actors.scene import ANN, JOE, acting_of, performance_of, preset

@@ -7,13 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lod.actors.message import Refusal, ask, change
-from lod.actors.quaternion import Quaternion, rotation
+from lod.actors.actor import Quaternion, rotation
+from lod.actors.object_with_parts import Refusal, ask, change
 from scenes.actors.body import Body
 from scenes.actors.limb import limb_routes, limb_tree, planted_phase, prints_ahead, step_at
 from scenes.actors.performance import posed_prototype
-from scenes.figures.animal_file import animal
-from scenes.figures.person import people_at_rest, walking_people
+from scenes.figures.animal_file import animal, people_at_rest, walking_people
 from scenes.rig.foot_placement import Placements, place_on_ground
 from scenes.rig.pose import PoseTables, pose_points
 

@@ -7,7 +7,7 @@ import time
 import numpy as np
 import pytest
 
-from lod.actors.message import Refused, ask, change
+from lod.actors.object_with_parts import Refused, ask, change
 from lod.errors import InputError
 from scenes.actors.behaviours import BEHAVIOURS
 from scenes.actors.performance import from_bytes, to_bytes, track_of

@@ -19,9 +19,8 @@ from lod.shapes import StickTable
 from scenes.appearance.fit import GREATEST, fit_appearances, measure_overlap
 from scenes.appearance.visible_area import visible_areas
 from scenes.processes.progress import followed_by, work
-from scenes.sticks.areas import directions
-from scenes.sticks.by_view import area_shares_at, with_area_share
-from scenes.sticks.object_shapes import PartSticks
+from scenes.sticks.areas import area_shares_at, directions, with_area_share
+from scenes.sticks.prototype import PartSticks
 from scenes.trees.species import tree_species
 from scenes.trees.tree import tree_prototypes
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from scenes.model_files.names import tree_species_names
+from scenes.model_files import tree_species_names
 from tests.tools import leaf_appearances as judging
 from tests.tools.leaf_appearances import (
     IMPORTED,

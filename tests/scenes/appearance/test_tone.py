@@ -23,9 +23,8 @@ from scenes.appearance.sky import (
 )
 from scenes.appearance.tone import Illumination, _fit, fit_tone, lone_object, outgoing_light
 from scenes.render import variants
-from scenes.sticks.by_view import ELEVATIONS_DEG, ViewDependence
-from scenes.sticks.object_shapes import Shapes
-from scenes.sticks.prototype import LUMINANCE, PartPlaces, assemble_prototype
+from scenes.sticks.areas import ELEVATIONS_DEG, ViewDependence
+from scenes.sticks.prototype import LUMINANCE, PartPlaces, Shapes, assemble_prototype
 from tests.tools.sky_table import cells
 
 BLACK = np.zeros(3)
@@ -130,7 +129,7 @@ def test_threads_do_not_show(monkeypatch):
     one = object_of(0.6, 0.3, balls(centre, 1.0, 0), balls(centre, 0.9, 1))
     found = []
     for count in (1, 3):
-        monkeypatch.setattr("lod.threads.get_num_threads", lambda count=count: count)
+        monkeypatch.setattr("lod.kernels.get_num_threads", lambda count=count: count)
         found.append(_fit((one,), light, 5000))
     assert np.array_equal(*found)
 

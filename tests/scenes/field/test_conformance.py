@@ -7,21 +7,20 @@ import numpy as np
 import pytest
 
 from bench.conformance import RULES, Subject, broken_rules
-from lod.actors.message import ask, change
-from lod.actors.quaternion import Quaternion
+from lod.actors.actor import Quaternion
+from lod.actors.object_with_parts import ask, change
 from lod.camera import Corner, camera_from_heading
 from lod.errors import InputError
 from scenes.actors.body import Body
 from scenes.actors.performance import posed_prototype
 from scenes.field.species_field import Placed, Species, SpeciesField
-from scenes.figures.animal_file import animal
-from scenes.figures.person import people_at_rest
-from scenes.ground.terrain import Terrain
+from scenes.figures.animal_file import animal, people_at_rest
+from scenes.ground.mesh import Terrain
 from scenes.models.catalogue import MODELS, model_prototypes
 from scenes.models.stone import boulder_prototypes
 from scenes.particles.dust import Dust
 from scenes.particles.footfalls import Soil
-from scenes.particles.plume import KINDS, Plume
+from scenes.particles.system import KINDS, Plume
 from scenes.trees.species import Weather
 
 GROUND = Terrain(seed=4, amplitude=0.4, wavelength=16.0, hurst=0.8, reach=100.0, finest=1.0)

@@ -2,10 +2,9 @@
 
 import pytest
 
-from lod.crossfade import blend_weights
-from lod.pruner import prune
-from scenes.field.forecast import forecast_field
+from lod.pruner import blend_weights, prune
 from scenes.presets.load import load_preset
+from scenes.render.budget import forecast_field
 from scenes.scene import Scene
 
 CASES = [

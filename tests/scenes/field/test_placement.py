@@ -13,20 +13,19 @@ from hypothesis import strategies as st
 
 from bench.frame_counts import count
 from lod.camera import GRID_M, Corner, camera_from_heading, split_position
-from lod.crossfade import blend_weights
 from lod.metric import METRICS
-from lod.pruner import prune, prune_by_level
+from lod.pruner import blend_weights, prune, prune_by_level
 from lod.view import View
 from scenes.appearance.sky import sky_at
 from scenes.field.far_cover import AggregateCover
 from scenes.field.species_field import Habitat, Placed, Species, SpeciesField
 from scenes.figures.animal_file import animal
-from scenes.ground.terrain import Terrain
+from scenes.ground.mesh import Terrain
 from scenes.models.catalogue import at_rest, people
 from scenes.models.stone import boulder_prototypes
+from scenes.scene import World
 from scenes.trees.species import tree_species
 from scenes.trees.tree import tree_prototypes
-from scenes.world.world import World
 from tests.scenes.field.brute_force import instances_in_cells
 
 

@@ -8,7 +8,7 @@ import pytest
 from lod.pruner import BlendWeights
 from scenes.field.part_tables import PartTables
 from scenes.rig.rigged_prototype import rigged
-from scenes.sticks.by_view import ViewDependence
+from scenes.sticks.areas import ViewDependence
 from scenes.trees.species import tree_species
 from scenes.trees.tree import tree_prototypes
 
@@ -31,7 +31,7 @@ def test_runs_do_not_show(monkeypatch, part_tables, shortest):
     """Told by two threads and by one."""
     rows = np.random.default_rng(5).integers(0, len(part_tables.level), 301)
     whole = part_tables.sticks_of(rows, looked_at(len(rows)))
-    monkeypatch.setattr("lod.threads.get_num_threads", lambda: 2)
+    monkeypatch.setattr("lod.kernels.get_num_threads", lambda: 2)
     monkeypatch.setattr("scenes.field.part_tables._SHORTEST_RUN", shortest)
     for alone, shared in zip(whole, part_tables.sticks_of(rows, looked_at(len(rows))), strict=True):
         assert alone.tobytes() == shared.tobytes() and alone.dtype == shared.dtype

@@ -9,12 +9,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lod.camera import GRID_M, Corner, camera_from_heading, split_position
-from lod.crossfade import blend_weights
 from lod.errors import InputError
 from lod.eye import CONTRAST_CLASSES, Display, Eye
 from lod.hierarchy import Hierarchy
 from lod.metric import METRICS
-from lod.pruner import prune
+from lod.pruner import blend_weights, prune
 from lod.shapes import StickTable
 from lod.view import View
 from lod.viewing import BlurWidths, ViewingConditions

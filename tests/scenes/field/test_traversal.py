@@ -7,8 +7,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lod.crossfade import blend_weights
-from lod.pruner import Parts, displayed, prune, prune_by_level
+from lod.pruner import Parts, blend_weights, displayed, prune, prune_by_level
 from lod.view import compile_view, distance, distance_to, in_view, is_displayed, sphere_in_frustum
 from scenes.presets.load import load_preset
 from scenes.scene import Scene
@@ -73,7 +72,7 @@ def test_walks_agree_with_the_readable_pruner(name, keys, frame):
 
 
 def test_the_number_of_threads_changes_nothing(monkeypatch):
-    for name in ("lod.crossfade", "scenes.rig.pose", "scenes.field.emission"):
+    for name in ("lod.pruner", "scenes.rig.pose", "scenes.field.part_tables"):
         monkeypatch.setattr(f"{name}._SHORTEST_RUN", 97)
     world, view = seen_in("crowd", "render.size=200x100", frame=5)
     field = world.fields[0]

@@ -10,13 +10,16 @@ from hypothesis import strategies as st
 
 from lod import law
 from lod.camera import GRID_M, Corner, camera_from_heading, split_position
-from lod.crossfade import blend_weights
 from lod.metric import METRICS
-from lod.pruner import prune
+from lod.pruner import blend_weights, prune
 from lod.view import View
-from scenes.field.species_field import Species, SpeciesField, ground_contact_detail
+from scenes.field.species_field import (
+    MIN_STRIDE_FACTOR,
+    Species,
+    SpeciesField,
+    ground_contact_detail,
+)
 from scenes.figures.animal_file import animal
-from scenes.figures.patrol import MIN_STRIDE_FACTOR
 from scenes.models.catalogue import at_rest, people
 from scenes.presets.load import load_preset
 from scenes.rig.foot_placement import BODY, FOOTPRINT, Placements, place_on_ground

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from lod.arrays import Reals
+from scenes.rig.rig import Quaternions, Vectors, rotate_vectors
 from scenes.rig.rigged_prototype import RiggedPrototype
-from scenes.rig.rotations import Quaternions, Vectors, rotate_vectors
 from tests.scenes.figures.motion_phase import motion_at
 
 

@@ -6,8 +6,8 @@ import pytest
 from lod.errors import InputError
 from scenes.figures.anatomy import Build, build_prototype
 from scenes.figures.animal_file import AnimalFile, animal, animal_tables, load_animal
-from scenes.model_files.names import animal_names
-from scenes.rig.rotations import to_euler
+from scenes.model_files import animal_names
+from scenes.rig.rig import to_euler
 from tests.scenes.figures.contact_errors import lowest_heights, sample_cycle
 from tests.scenes.figures.motion_phase import motion_at
 

@@ -6,13 +6,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lod.errors import InputError
-from scenes.figures.animal_file import animal
+from scenes.field.species_field import MIN_STRIDE_FACTOR, PatrolOrbit, stride_factors
+from scenes.figures.animal_file import animal, people_at_rest, walking_gait, walking_people
 from scenes.figures.gait import heel_and_ball, make_motion
-from scenes.figures.patrol import MIN_STRIDE_FACTOR, PatrolOrbit, stride_factors
-from scenes.figures.person import people_at_rest, walking_gait, walking_people
 from scenes.rig.foot_placement import Placements, place_on_ground
 from scenes.rig.pose import PoseTables, pose_points
-from scenes.rig.rotations import from_euler, to_euler
+from scenes.rig.rig import from_euler, to_euler
 from tests.scenes.figures.contact_errors import sample_cycle
 from tests.scenes.figures.motion_phase import motion_at, slerp
 

@@ -17,9 +17,14 @@ from lod.pruner import prune
 from lod.shapes import StickTable
 from lod.view import View
 from scenes.field.species_field import Placed
-from scenes.figures.animal_file import animal, animal_tables
-from scenes.figures.person import human_tables, people_at_rest, standing_people
-from scenes.model_files.names import animal_names
+from scenes.figures.animal_file import (
+    animal,
+    animal_tables,
+    human_tables,
+    people_at_rest,
+    standing_people,
+)
+from scenes.model_files import animal_names
 from scenes.models.catalogue import at_rest
 from scenes.sticks.areas import largest_area, mean_area
 from tests.scenes.flat_ground import FlatGround

@@ -11,15 +11,14 @@ from jaxtyping import Float64
 from scipy.spatial.transform import Rotation
 
 from lod.arrays import Points
-from scenes.figures.animal_file import animal, animal_tables
+from scenes.field.species_field import MIN_STRIDE_FACTOR
+from scenes.figures.animal_file import animal, animal_tables, people_at_rest, walking_people
 from scenes.figures.gait import heel_and_ball
-from scenes.figures.patrol import MIN_STRIDE_FACTOR
-from scenes.figures.person import people_at_rest, walking_people
-from scenes.model_files.names import animal_names
+from scenes.model_files import animal_names
 from scenes.rig.foot_placement import Placements, place_on_ground
 from scenes.rig.pose import Instances, PoseTables, pose_points
+from scenes.rig.rig import Quaternions, inverse, multiply_quaternions
 from scenes.rig.rigged_prototype import RiggedPrototype
-from scenes.rig.rotations import Quaternions, inverse, multiply_quaternions
 
 _TOUCHES = 0.003
 """A contact touches while it is no higher than this above the lower one of its foot [m]."""

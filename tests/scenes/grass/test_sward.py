@@ -11,7 +11,7 @@ from lod.pruner import prune, prune_by_level
 from lod.view import View
 from scenes.field.species_field import Species, SpeciesField
 from scenes.grass.sward import BLADES, RANKINGS, ROOT_M, ranked, swards, tuft_prototypes
-from scenes.ground.terrain import Terrain
+from scenes.ground.mesh import Terrain
 from scenes.models.catalogue import model_prototypes
 from scenes.presets.load import load_preset
 from scenes.rig.rigged_prototype import RiggedPrototype

@@ -6,15 +6,14 @@ import numpy as np
 import pytest
 
 from lod.camera import Corner, camera_from_heading
-from lod.crossfade import blend_weights
 from lod.metric import METRICS
-from lod.pruner import prune
+from lod.pruner import blend_weights, prune
 from lod.shapes import triangle_areas
 from lod.view import View
-from scenes.field.emission import PLAIN, emit_meshes
+from scenes.field.part_tables import PLAIN, emit_meshes
 from scenes.field.species_field import Species, SpeciesField
 from scenes.grass.sward import LEAST, PIXELS, RANKINGS, ranked, swards, tuft_prototypes
-from scenes.ground.terrain import Terrain
+from scenes.ground.mesh import Terrain
 from scenes.trees.species import Weather
 
 FLAT = Terrain(seed=0, amplitude=0.0, wavelength=1024.0, hurst=1.0, reach=1000.0)

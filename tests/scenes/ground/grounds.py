@@ -6,14 +6,13 @@ from hypothesis import strategies as st
 from numba import njit
 
 from lod.camera import Corner, camera_from_heading
-from lod.crossfade import blend_weights
 from lod.metric import METRICS
-from lod.pruner import Cut, Parts, prune
+from lod.pruner import Cut, Parts, blend_weights, prune
 from lod.shapes import Triangles
 from lod.view import View
 from lod.viewing import BlurWidths, ViewingConditions
+from scenes.ground.mesh import Terrain, tile_xy
 from scenes.ground.quadtree import Patches, uncovered_quarters
-from scenes.ground.terrain import Terrain, tile_xy
 
 FAR = Corner(62_500_000_123, -62_499_999_877)  # 10^12 m from home
 

@@ -10,8 +10,8 @@ from lod.camera import Corner, camera_from_heading
 from lod.metric import METRICS
 from lod.pruner import Parts, displayed, prune
 from lod.view import View
+from scenes.ground.mesh import Terrain, tile_xy
 from scenes.ground.quadtree import horizon
-from scenes.ground.terrain import Terrain, tile_xy
 
 RIDGES = Terrain(2, 190.0, 4096.0, 0.95, reach=20_000.0, finest=0.5, ridged=True)
 HILLS = Terrain(seed=3, amplitude=120.0, wavelength=2048.0, hurst=0.9, reach=10_000.0)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from lod.metric import METRICS
+from scenes.ground.mesh import Terrain
 from scenes.ground.quadtree import UNLIT, priorities, ranges, seen_tilt
-from scenes.ground.terrain import Terrain
 from tests.scenes.ground.grounds import HILLS, view_of
 
 RIDGES = Terrain(9, 190.0, 4096.0, 0.95, reach=6000.0, ridged=True)

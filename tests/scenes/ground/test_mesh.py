@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from lod.crossfade import blend_weights
-from lod.pruner import prune
+from lod.pruner import blend_weights, prune
 from lod.view import distance
 from scenes.ground.mesh import (
     MOST_COARSER,

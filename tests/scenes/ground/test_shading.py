@@ -14,6 +14,7 @@ import pytest
 
 from lod.arrays import Points, Reals
 from lod.camera import Corner
+from scenes.ground.mesh import Terrain
 from scenes.ground.relief import Relief, unit_normals
 from scenes.ground.shading import (
     GROUND_MATERIALS,
@@ -26,7 +27,6 @@ from scenes.ground.shading import (
     seen_slopes,
     spacing_at,
 )
-from scenes.ground.terrain import Terrain
 from scenes.noise import unit_rms, unit_slope_variance
 from scenes.presets.load import load_preset
 from scenes.render import variants

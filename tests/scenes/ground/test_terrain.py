@@ -11,9 +11,8 @@ from lod.errors import InputError
 from lod.eye import CONTRAST_CLASSES
 from lod.pruner import prune
 from lod.view import distance
-from scenes.ground.mesh import MOST_COARSER, QUADS, lattice_mesh
+from scenes.ground.mesh import MOST_COARSER, QUADS, SAMPLES, Terrain, height_samples, lattice_mesh
 from scenes.ground.quadtree import SIDES, Patches, balance
-from scenes.ground.terrain import SAMPLES, Terrain, height_samples
 from scenes.sticks.prototype import GROUND_CONTRAST
 from tests.scenes.ground.grounds import (
     FAR,

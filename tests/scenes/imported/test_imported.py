@@ -9,13 +9,12 @@ import pytest
 
 from bench.conformance import Subject, broken_rules
 from lod.camera import Corner, camera_from_heading
-from lod.crossfade import blend_weights
-from lod.pruner import prune
+from lod.pruner import blend_weights, prune
 from lod.shapes import Mesh, MeshTable, SticksAndTriangles, triangle_areas
 from scenes.appearance.tone import displayed_to
 from scenes.appearance.visible_area import visible_areas
 from scenes.field.species_field import Placed, Species, SpeciesField
-from scenes.ground.terrain import Terrain
+from scenes.ground.mesh import Terrain
 from scenes.imported.imported_prototype import (
     imported_prototype,
     projected_areas,
@@ -24,8 +23,7 @@ from scenes.imported.imported_prototype import (
 from scenes.imported.library import read_model
 from scenes.imported.part_tree import PartTree
 from scenes.rig.rigged_prototype import RiggedPrototype
-from scenes.sticks.areas import areas_of_parts, directions
-from scenes.sticks.by_view import ELEVATIONS_DEG
+from scenes.sticks.areas import ELEVATIONS_DEG, areas_of_parts, directions
 from tests.scenes.imported.sample_models import box, lamp_tree, mill
 
 GROUND = Terrain(seed=4, amplitude=0.4, wavelength=16.0, hurst=0.8, reach=100.0, finest=1.0)

@@ -14,12 +14,12 @@ from bench.cli.commands import model
 from bench.cli.commands.model import SIDE
 from lod.errors import InputError
 from scenes.imported.library import keep_model, model_by_digest, read_model
-from scenes.model_files.names import user_model_names
+from scenes.model_files import user_model_names
 from scenes.presets.load import load_preset
 from scenes.render.exr.header import frame_settings
 from scenes.render.exr.layer_file import read_exr
 from scenes.render.exr.sequence import read_whole
-from scenes.render.frame_session import FrameSession
+from scenes.render.render_files import FrameSession
 from scenes.render.variants import choose
 from tests.said import said
 from tests.scenes.imported.sample_models import lamp_tree, mill

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from lod.errors import InputError
-from scenes.model_files.names import animal_names, built_in_names
+from scenes.model_files import animal_names, built_in_names
 from scenes.models.catalogue import MODELS, at_rest, model_prototypes
 from scenes.presets.load import load_preset
 from scenes.rig.rigged_prototype import RiggedPrototype

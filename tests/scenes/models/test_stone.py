@@ -14,8 +14,7 @@ from scenes.models.stone import (
     boulder_solid,
     octree_prototype,
 )
-from scenes.sticks.areas import directions, mean_area
-from scenes.sticks.by_view import area_shares_at, with_area_share
+from scenes.sticks.areas import area_shares_at, directions, mean_area, with_area_share
 
 DEPTH = 4
 

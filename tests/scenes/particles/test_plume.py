@@ -10,7 +10,7 @@ from lod.metric import METRICS
 from lod.pruner import prune
 from lod.shapes import StickTable, Triangles
 from lod.view import View
-from scenes.particles.plume import KINDS, PARTICLES_PER_BALL, SMOKE, Plume
+from scenes.particles.system import KINDS, PARTICLES_PER_BALL, SMOKE, Plume
 from scenes.sticks.areas import directions, mean_area
 from tests.scenes.flat_ground import FlatGround
 from tests.scenes.particles.levels import drawn, level

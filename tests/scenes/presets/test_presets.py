@@ -7,8 +7,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lod.errors import InputError
-from scenes.presets.keys import NAMED, key_entries, known_keys
 from scenes.presets.load import (
+    NAMED,
+    key_entries,
+    known_keys,
     load_preset,
     preset_names,
     preset_toml,

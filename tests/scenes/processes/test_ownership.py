@@ -1,8 +1,6 @@
-"""A folder has one owner at a time, whatever its file system can, and the dead own nothing."""
+"""A folder has one owner at a time, and the dead own nothing."""
 
 import contextlib
-import fcntl
-import json
 import multiprocessing
 import os
 import signal
@@ -10,17 +8,11 @@ import time
 
 import pytest
 
+from lod.errors import InputError
 from scenes.processes import ownership as module
-from scenes.processes.ownership import NAME, Owned, Owner, owned, ownership
+from scenes.processes.ownership import NAME, owned
 
 spawning = multiprocessing.get_context("fork")
-
-
-@pytest.fixture(autouse=True)
-def quick(monkeypatch):
-    monkeypatch.setattr(module, "BEAT_S", 0.1)
-    monkeypatch.setattr(module, "SILENCE_S", 1.5)
-    monkeypatch.setattr(module, "_LOOK_S", 0.05)
 
 
 @pytest.fixture(autouse=True)
@@ -37,27 +29,12 @@ def not_for_ever():
     signal.signal(signal.SIGALRM, before)
 
 
-def no_locks(*_):
-    raise OSError(38, "Function not implemented")
-
-
-def own_locks(*_):
-    """Grant every lock, as a machine does that does not tell others of them."""
-
-
-@pytest.fixture(params=["locks", "no locks", "locks of another machine"])
-def locks(request, monkeypatch):
-    """The three kinds of file systems."""
-    if request.param == "no locks":
-        monkeypatch.setattr(module.fcntl, "flock", no_locks)
-    if request.param == "locks of another machine":
-        monkeypatch.setattr(module.fcntl, "flock", own_locks)
-        monkeypatch.setattr(module, "_system", lambda: str(time.monotonic_ns()))
-    return request.param
+def own(folder, group):
+    return owned(folder, group, "works there")
 
 
 def held(folder, group, pipe):
-    with ownership(folder, group):
+    with own(folder, group):
         pipe.send("ready")
         pipe.recv()
 
@@ -76,89 +53,80 @@ def holder(folder, group):
         process.join(30)
 
 
-@pytest.mark.usefixtures("locks")
 def test_others_are_refused_by_name_and_those_of_the_group_are_not(tmp_path):
     with holder(tmp_path, "one") as process:
         with (
-            pytest.raises(Owned, match=f"process {process.pid} on "),
-            ownership(tmp_path, "two"),
+            pytest.raises(InputError, match=f"process {process.pid} on .* works there"),
+            own(tmp_path, "two"),
         ):
             pass
-        with ownership(tmp_path, "one"):
+        with own(tmp_path, "one"):
             pass
-        with pytest.raises(Owned), ownership(tmp_path, "two"):
+        with pytest.raises(InputError), own(tmp_path, "two"):
             pass
-    with ownership(tmp_path, "two"):
-        assert len(os.listdir(tmp_path / NAME)) == 1
+    with own(tmp_path, "two"):
+        assert os.listdir(tmp_path / NAME) == ["owner"]
     assert os.listdir(tmp_path) == []
 
 
-def test_a_folder_of_the_dead_is_taken_over(tmp_path, locks):
-    """At once where a lock died with its process, else after silence."""
+def test_one_of_the_group_may_stay_longer_than_the_first(tmp_path):
+    with contextlib.ExitStack() as first, own(tmp_path, "one"):
+        first.enter_context(own(tmp_path, "one"))
+        first.close()
+        with pytest.raises(InputError), own(tmp_path, "two"):
+            pass
+
+
+def test_a_folder_of_the_dead_is_taken_over_at_once(tmp_path):
     with holder(tmp_path, "one") as process:
         os.kill(process.pid, signal.SIGKILL)
         process.join()
-        assert len(os.listdir(tmp_path / NAME)) == 1
+        assert os.listdir(tmp_path / NAME) == ["owner"]
         start = time.monotonic()
-        with ownership(tmp_path, "two"):
-            took = time.monotonic() - start
-    assert (took < 1) == (locks == "locks"), took
-    assert took < 10
+        with own(tmp_path, "two"):
+            assert time.monotonic() - start < 1
     assert os.listdir(tmp_path) == []
 
 
-def test_whoever_waits_for_a_sign_of_life_is_told(tmp_path, monkeypatch):
-    monkeypatch.setattr(module, "TOLD_S", 0.2)
-    (tmp_path / NAME).mkdir()
-    (tmp_path / NAME / "x.owner").write_text(
-        json.dumps({**Owner("one", "far", 7, "another start", 0)._asdict(), "beat": 0})
-    )
+def test_where_there_are_no_locks_it_says_so_and_goes_on(tmp_path, monkeypatch):
+    def no_locks(*_):
+        raise OSError(38, "Function not implemented")
+
+    monkeypatch.setattr(module.fcntl, "flock", no_locks)
     said = []
-    with owned(tmp_path, "two", "renders there", said.append):
+    with owned(tmp_path, "one", "works there", said.append), own(tmp_path, "two"):
         pass
-    assert len(said) == 1 and f"process 7 on far owns {tmp_path} and may be dead" in said[0]
+    assert len(said) == 1 and "has no locks (Function not implemented)" in said[0]
 
 
-def test_what_is_no_file_owns_nothing(tmp_path):
+def test_what_others_left_in_the_folder_stays(tmp_path):
     (tmp_path / NAME).mkdir()
-    os.mkfifo(tmp_path / NAME / "x.owner")
     (tmp_path / NAME / "y.owner").mkdir()
-    with ownership(tmp_path, "two"):
+    with own(tmp_path, "two"):
         pass
+    assert os.listdir(tmp_path / NAME) == ["y.owner"]
 
 
 def test_one_that_sleeps_keeps_its_lock(tmp_path):
     with holder(tmp_path, "one") as process:
         os.kill(process.pid, signal.SIGSTOP)
-        time.sleep(2)
-        with pytest.raises(Owned), ownership(tmp_path, "two"):
+        with pytest.raises(InputError), own(tmp_path, "two"):
             pass
         os.kill(process.pid, signal.SIGCONT)
 
 
-@pytest.mark.parametrize("text", [b"", b"{", b"[]", b'{"group": "one"}', b"\xff" * 700])
-def test_what_names_no_owner_is_silent_and_goes(tmp_path, text):
+@pytest.mark.parametrize("text", [b"", b"{", b"[]", b"5", b"\xff" * 700])
+def test_what_names_no_owner_is_written_anew(tmp_path, text):
     (tmp_path / NAME).mkdir()
-    (tmp_path / NAME / "x.owner").write_bytes(text)
-    with ownership(tmp_path, "two"):
-        pass
+    (tmp_path / NAME / "owner").write_bytes(text)
+    with own(tmp_path, "two"):
+        assert b'"two"' in (tmp_path / NAME / "owner").read_bytes()
     assert os.listdir(tmp_path) == []
-
-
-def test_half_made_files_of_the_dead_go(tmp_path):
-    (tmp_path / NAME).mkdir()
-    old, new = (tmp_path / NAME / f"{age}.new" for age in ("old", "new"))
-    old.touch()
-    new.touch()
-    os.utime(old, (1, 1))
-    with ownership(tmp_path, "two"):
-        assert new.exists()
-        assert not old.exists()
 
 
 def entering(folder, group, inside, seen, turns):
     for _ in range(turns):
-        with contextlib.suppress(Owned), ownership(folder, group):
+        with contextlib.suppress(InputError), own(folder, group):
             with inside[group].get_lock():
                 inside[group].value += 1
             seen[group].value += 1
@@ -169,9 +137,7 @@ def entering(folder, group, inside, seen, turns):
                 inside[group].value -= 1
 
 
-@pytest.mark.usefixtures("locks")
-def test_two_groups_are_never_inside_at_once(tmp_path, monkeypatch):
-    monkeypatch.setattr(module, "SILENCE_S", 60)  # nobody dies here, and machines are slow
+def test_two_groups_are_never_inside_at_once(tmp_path):
     names = ("one", "two", "three")
     inside = {name: spawning.Value("i", 0) for name in names}
     seen = {name: spawning.Value("i", 0) for name in (*names, "both")}
@@ -186,22 +152,3 @@ def test_two_groups_are_never_inside_at_once(tmp_path, monkeypatch):
     assert seen["both"].value == 0
     assert sum(seen[name].value for name in names) > 10
     assert os.listdir(tmp_path) == []
-
-
-def test_the_lock_is_seen_by_others_before_the_file_is(tmp_path, monkeypatch):
-    locked = []
-    really = os.rename
-
-    def renamed(source, target):
-        really(source, target)
-        if locked:
-            return
-        handle = os.open(target, os.O_RDWR)
-        with pytest.raises(BlockingIOError):
-            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        os.close(handle)
-        locked.append(target)
-
-    monkeypatch.setattr(os, "rename", renamed)
-    with ownership(tmp_path, "one"):
-        assert len(locked) == 1

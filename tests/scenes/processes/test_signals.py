@@ -11,7 +11,7 @@ import pytest
 ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 PROGRAM = """
 import os, signal, sys, time
-from scenes.processes.signals import Stopped, raise_when_stopped, signals_held
+from scenes.processes.streams import Stopped, raise_when_stopped, signals_held
 
 raise_when_stopped()
 try:

@@ -7,10 +7,9 @@ from lod.air import CLEAR
 from lod.camera import Corner, camera_from_heading
 from lod.pruner import Parts, cut_from_parts
 from lod.shapes import Sticks, Triangles
-from scenes.frame.frame_input import DisplayedRepresentation, FrameInput, Quality
+from scenes.frame.frame_input import DisplayedRepresentation, FrameInput, Light, Quality
 from scenes.render import variants
 from scenes.render.render import render_frame
-from scenes.world.sun_and_sky import Light
 
 GPU_VARIANT = "cuda_ad_rgb"
 DRIVERS = [variants.SCALAR_VARIANT, variants.JIT_VARIANT]

@@ -5,9 +5,14 @@ from pathlib import Path
 import pytest
 
 from lod.errors import InputError
-from lod.part_budget import MIN_BUDGET_USE
 from scenes.presets.load import load_preset
-from scenes.render.budget import FINEST_PX, parts_displayed, reference_preset, within_budget
+from scenes.render.budget import (
+    FINEST_PX,
+    MIN_BUDGET_USE,
+    parts_displayed,
+    reference_preset,
+    within_budget,
+)
 from scenes.scene import Scene
 
 FRAMES = (1, 400, 3000)

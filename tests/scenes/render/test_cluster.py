@@ -15,7 +15,7 @@ import pytest
 
 from lod.errors import InputError
 from scenes.files import partial_path
-from scenes.frame.layers import Layers
+from scenes.frame.frame_input import Layers
 from scenes.presets.load import load_preset
 from scenes.render import cluster as dask_cluster
 from scenes.render.cluster import (
@@ -23,13 +23,12 @@ from scenes.render.cluster import (
     check_versions,
     cluster,
     render_on_cluster,
-    scratch_folder,
     sweep,
 )
 from scenes.render.exr.header import frame_settings
 from scenes.render.exr.layer_file import write_exr
 from scenes.render.exr.sequence import open_job, render_sequence
-from scenes.render.frame_session import FrameSession
+from scenes.render.render_files import FrameSession
 
 pytest.importorskip("distributed")
 cloudpickle.register_pickle_by_value(sys.modules[__name__])
@@ -176,18 +175,8 @@ def test_a_frame_that_cannot_be_is_bad_input_if_nothing_was_done(settings, two, 
         list(render_on_cluster(job, Cluster(two.client, 1)))
 
 
-BANNERS = [
-    (b"HTTP/1.1 400 Bad Request\r\n\r\n", "does not speak as Dask does"),
-    (b"SSH-2.0-OpenSSH_9.2p1\r\n", "does not speak as Dask does"),
-    (bytes(64), "does not speak as Dask does"),
-    ((200).to_bytes(8, "little") + bytes([1] * 200), "does not speak as Dask does"),
-    (b"", "closes the connection"),
-    (None, "says nothing for 1 s"),
-]
-
-
-@pytest.mark.parametrize(("banner", "says"), BANNERS)
-def test_a_port_that_is_not_of_dask_is_named(monkeypatch, banner, says):
+@pytest.mark.parametrize("banner", [b"HTTP/1.1 400 Bad Request\r\n\r\n", bytes(64), b"", None])
+def test_a_port_that_is_not_of_dask_is_named(monkeypatch, banner):
     monkeypatch.setattr(dask_cluster, "_ANSWER_S", 1)
     with socket.create_server(("127.0.0.1", 0)) as server, contextlib.ExitStack() as stack:
 
@@ -204,7 +193,7 @@ def test_a_port_that_is_not_of_dask_is_named(monkeypatch, banner, says):
         stack.callback(server.shutdown, socket.SHUT_RDWR)
         threading.Thread(target=answer, daemon=True).start()
         where = f"tcp://127.0.0.1:{server.getsockname()[1]}"
-        rule = rf"--cluster: '{where}': a Dask scheduler's address; .*{says}"
+        rule = f"--cluster: '{where}': a Dask scheduler's address; connecting ended with: ."
         with pytest.raises(InputError, match=rule), cluster(where):
             pass
 
@@ -214,7 +203,7 @@ def test_a_port_where_nothing_listens_and_a_file_that_names_none(monkeypatch, tm
     with socket.create_server(("127.0.0.1", 0)) as server:
         free = server.getsockname()[1]
     with (
-        pytest.raises(InputError, match="nothing answers there"),
+        pytest.raises(InputError, match="connecting ended with"),
         cluster(f"tcp://127.0.0.1:{free}"),
     ):
         pass
@@ -225,15 +214,6 @@ def test_a_port_where_nothing_listens_and_a_file_that_names_none(monkeypatch, tm
             cluster(str(tmp_path / "scheduler.json")),
         ):
             pass
-
-
-def test_scratch_folders_go_and_so_do_those_of_the_dead(tmp_path):
-    dead = tmp_path / "lodbench-workers-dead"
-    dead.mkdir()
-    (dead / "worker.dirlock").write_text("")
-    with scratch_folder(str(tmp_path)) as mine, scratch_folder(str(tmp_path)) as other:
-        assert {mine, other} == {str(path) for path in tmp_path.iterdir()}
-    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_scheduler_without_workers_is_said_and_refused_in_time(monkeypatch):

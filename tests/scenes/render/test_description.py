@@ -9,12 +9,11 @@ import pytest
 from lod.air import CLEAR, Air
 from lod.errors import InputError
 from lod.shapes import Sticks
-from scenes.frame.frame_input import FrameInput, Quality, sampler_seed
-from scenes.frame.layers import SKY_Z
+from scenes.frame.frame_input import SKY_Z, FrameInput, Quality, sampler_seed
 from scenes.render import variants
-from scenes.render.camera_rays import sample_groups, square_sides
 from scenes.render.description import PlacedSticks, batches, describe_frame
 from scenes.render.render import render_frame
+from scenes.render.samples import sample_groups, square_sides
 
 
 def described(make, *visible):
@@ -197,18 +196,6 @@ def test_what_glows_is_a_mesh_of_each_radiance(make):
     assert [len(shape["faces"]) for shape in shapes.values()] == [2, 1, 1]
     with pytest.raises(InputError, match="fire glow"):
         described(make, replace(fire, shape=replace(fire.shape, glows=-glows)))
-
-
-@pytest.mark.parametrize("row", [0, 70, 199])
-@pytest.mark.parametrize("wrong", [np.nan, np.inf, -np.inf])
-def test_one_wrong_number_is_found_in_whichever_run_it_is(make, monkeypatch, row, wrong):
-    monkeypatch.setattr("lod.threads.get_num_threads", lambda: 3)
-    monkeypatch.setattr("scenes.render.description._SHORTEST_RUN", 10)
-    balls = make.balls([(x, 5, 0) for x in range(200)])
-    start = balls.shape.start.copy()
-    start[row, 1] = wrong
-    with pytest.raises(InputError, match="start"):
-        described(make, dataclasses.replace(balls, shape=replace(balls.shape, start=start)))
 
 
 AIR = Air(2000.0)

@@ -4,13 +4,19 @@ import numpy as np
 import pytest
 
 from lod.air import Air
-from scenes.frame.frame_input import FrameInput
-from scenes.frame.layers import SKY_Z
+from scenes.frame.frame_input import SKY_Z, FrameInput, Light
 from scenes.render import variants
-from scenes.render.haze import Direction, Haze, JitArrays, NumpyArrays, air_along
-from scenes.render.light import horizon, make_bands, sun_disc
+from scenes.render.light import (
+    Direction,
+    Haze,
+    JitArrays,
+    NumpyArrays,
+    air_along,
+    horizon,
+    make_bands,
+    sun_disc,
+)
 from scenes.render.render import render_frame
-from scenes.world.sun_and_sky import Light
 
 AIR = Air(8000.0)
 

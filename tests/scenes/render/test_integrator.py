@@ -33,10 +33,8 @@ def looking_down(shapes, sky, sun, max_depth, count=20_000, spread=0.0):
     import drjit as dr
     import mitsuba as mi
 
-    from scenes.render.build import BuiltScene
-    from scenes.render.integrator import trace_paths
-    from scenes.render.light import load_plugin
-    from scenes.render.surfaces import Surfaces
+    from scenes.render.build import BuiltScene, Surfaces, load_plugin
+    from scenes.render.jit import trace_paths
 
     up = math.radians(ELEVATION)
     lights = {
@@ -138,16 +136,17 @@ def crowded(make):
 
 def both_ways(make, jit, displayed, max_depth, moving=False):
     """A small scene, Mitsuba's integrator of image and guides, and its rays by seed."""
-    from scenes.render.build import build_scene, sensor
-    from scenes.render.camera_rays import sample_rays
-    from scenes.render.integrator import trace_paths
-    from scenes.render.light import load_plugin
+    from scenes.render.build import build_scene, load_plugin
+    from scenes.render.jit import trace_paths
+    from scenes.render.light import emitters
+    from scenes.render.samples import sample_rays, sensor
 
     camera = make.camera((48, 24))
     quality = make.quality(jit, SPP, max_depth=max_depth)
     after = make.camera((48, 24), heading=1.0) if moving else None
     made = FrameInput(camera, tuple(displayed), make.clear, make.light, quality, after)
-    built = build_scene(describe_frame(made))
+    described = describe_frame(made)
+    built = build_scene(described, emitters(described["light"]))
     aovs = "depth:depth,normal:sh_normal,albedo:albedo,shape:shape_index,prim:prim_index"
     aovs += ",position:position" * moving
     path = {"type": "path", "max_depth": max_depth}

@@ -7,21 +7,19 @@ from pathlib import Path
 import psutil
 import pytest
 
-from lod.errors import InputError
-from scenes.frame.frame_input import FrameInput, Quality
+from lod.shapes import Sticks, Triangles, batches_of
+from scenes.frame.frame_input import Quality
 from scenes.presets.load import load_preset
 from scenes.processes.memory_limit import free_bytes
-from scenes.render import frame_session
-from scenes.render.exr.header import frame_settings
-from scenes.render.frame_session import FrameSession
-from scenes.render.memory import (
+from scenes.render import render_files
+from scenes.render.budget import (
     ExtraBuffers,
-    check_memory,
     forecast,
     frame_bytes,
     predict_bytes,
-    predicted_bytes,
 )
+from scenes.render.exr.header import frame_settings
+from scenes.render.render_files import FrameSession
 from scenes.scene import Scene
 
 SIZE = 640, 360
@@ -54,20 +52,6 @@ def test_what_is_asked_for_beside_the_picture_needs_more():
         "denoised": 500 * SIZE[0] * SIZE[1],
         "shutter": (2 * 277 - 210) * 10**6,
     }
-
-
-def test_over_the_limit_is_refused_with_both_figures(zoo):
-    needed = predicted_bytes(zoo)
-    check_memory(zoo, 0)
-    check_memory(zoo, needed)
-    with pytest.raises(InputError, match=r"'100 MB': the picture, with [1-9][0-9,]* sticks .* MB;"):
-        check_memory(zoo, 10**8)
-
-
-@pytest.fixture(scope="module")
-def zoo() -> FrameInput:
-    preset = load_preset("zoo", ['render.size="64x36"'])
-    return Scene(preset).input(1, "llvm_ad_rgb")
 
 
 GIB = 2**30
@@ -120,15 +104,21 @@ def test_a_path_of_the_host_s_leads_to_the_root_that_is_mounted(tmp_path: Path) 
     assert free_bytes(root, own(tmp_path, "0::/docker/0123abc\n")) == GIB
 
 
+KINDS = Sticks, Triangles
+
+
 def test_an_estimate_of_a_frame_is_what_its_input_needs():
     scene = Scene("crowd").with_preset(load_preset("crowd", ['render.size="640x360"']))
     estimated = frame_bytes(forecast(scene.world, scene.view(1)), scene.preset, "llvm_ad_rgb")
-    assert 0.8 < estimated / predicted_bytes(scene.input(1, "llvm_ad_rgb")) < 1.3
+    made = scene.input(1, "llvm_ad_rgb")
+    shapes = [shape for each in made.displayed for shape in batches_of(each.shape)]
+    sticks, rest = (sum(map(len, (s for s in shapes if isinstance(s, kind)))) for kind in KINDS)
+    assert 0.8 < estimated / predict_bytes(sticks, rest, (640, 360), made.quality) < 1.3
 
 
 def test_a_session_estimates_each_frame_once_and_renders_none(tmp_path, monkeypatch):
     preset, asked = load_preset("zoo", ['render.size="64x36"']), []
-    monkeypatch.setattr(frame_session, "preflight", lambda scene, new, *of: asked.append(new))
+    monkeypatch.setattr(render_files, "preflight", lambda scene, new, *of: asked.append(new))
     session = FrameSession(frame_settings(preset, "scalar_rgb"))
     for frames in ((1, 2), (2, 3), (3,)):
         assert session.preflight(frames, tmp_path, 16 * 10**9) == {}
@@ -143,7 +133,7 @@ from scenes.presets.load import load_preset
 from scenes.processes.memory_limit import peak_rss_bytes
 from scenes.render import memory
 from scenes.render.exr.header import frame_settings
-from scenes.render.frame_session import FrameSession
+from scenes.render.render_files import FrameSession
 from scenes.scene import Scene
 variant, name, *keys = sys.argv[2:]
 scene, variant = Scene(load_preset(name, keys)), None if variant == "count" else variant

@@ -8,19 +8,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lod.camera import Corner, camera_from_heading
-from lod.crossfade import blend_weights
-from scenes.frame.frame_input import FrameInput
-from scenes.frame.layers import SKY_Z
+from lod.pruner import blend_weights
+from scenes.frame.frame_input import SKY_Z, FrameInput
 from scenes.presets.load import load_preset
 from scenes.render import variants
 from scenes.render.build import build_scene
 from scenes.render.description import describe_frame
-from scenes.render.haze import make_haze
-from scenes.render.motion_vectors import carry_with_stick, next_positions, project
+from scenes.render.light import emitters, make_haze
 from scenes.render.render import render_frame
+from scenes.render.samples import carry_with_stick, next_positions, project
 from scenes.render.scalar_passes import render_passes
 from scenes.rig.pose import pose_points
-from scenes.rig.rotations import rotate_vectors, shortest_arc
+from scenes.rig.rig import rotate_vectors, shortest_arc
 from scenes.scene import Scene
 
 SIZE = (48, 27)
@@ -157,8 +156,9 @@ def sampled(scene, frame):
     """What is made of a frame, its built scene, and what its samples met."""
     variants.use("scalar_rgb")
     made = scene.input(frame, "scalar_rgb")
-    built = build_scene(describe_frame(made))
-    haze = make_haze(built, made.air)
+    described = describe_frame(made)
+    haze = make_haze(described["light"], made.air)
+    built = build_scene(described, emitters(described["light"]))
     samples = render_passes(built, haze, made.quality, frame, lambda taken: None)
     hit = samples.hit
     ids = built.hit_ids(hit[..., 4], hit[..., 5]) * (hit[..., :1] > 0)

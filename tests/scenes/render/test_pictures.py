@@ -9,8 +9,7 @@ import pytest
 from PIL import Image
 
 from lod.errors import InputError
-from scenes.frame.frame_input import FrameInput
-from scenes.frame.layers import Layers
+from scenes.frame.frame_input import FrameInput, Layers
 from scenes.render.exr.layer_file import write_exr
 from scenes.render.pictures import (
     KEY,

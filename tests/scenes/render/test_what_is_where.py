@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from scenes.frame.layers import SKY_Z
-from scenes.world.sun_and_sky import Light
+from scenes.frame.frame_input import SKY_Z, Light
 
 
 def columns_of(layer, value):

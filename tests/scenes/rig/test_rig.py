@@ -9,17 +9,16 @@ from scipy.spatial.transform import Rotation
 
 from lod.arrays import frozen
 from lod.errors import InputError
-from scenes.figures.gait import KEYS
-from scenes.figures.person import (
+from scenes.figures.animal_file import (
     people_at_rest,
     walking_people,
 )
+from scenes.figures.gait import KEYS
 from scenes.rig import foot_placement, pose
 from scenes.rig.foot_placement import Placements, place_on_ground
 from scenes.rig.pose import PoseTables, pose_points
-from scenes.rig.rig import Rig
-from scenes.rig.rigged_prototype import reach_bound
-from scenes.rig.rotations import (
+from scenes.rig.rig import (
+    Rig,
     from_euler,
     inverse,
     matrices,
@@ -27,6 +26,7 @@ from scenes.rig.rotations import (
     rotate_vectors,
     to_euler,
 )
+from scenes.rig.rigged_prototype import reach_bound
 from scenes.sticks.areas import largest_area
 from tests.scenes.figures.motion_phase import at_phase, motion_at
 

@@ -9,23 +9,25 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lod.camera import Corner, camera_from_heading
-from lod.crossfade import view_angles
 from lod.errors import InputError
 from lod.metric import METRICS
-from lod.pruner import BlendWeights
+from lod.pruner import BlendWeights, view_angles
 from lod.view import View
 from scenes.field.part_tables import PartTables
 from scenes.ground.stand import full_detail_sticks
 from scenes.rig.rigged_prototype import rigged
-from scenes.sticks.areas import areas_of_parts, directions, largest_area, mean_outline_areas
-from scenes.sticks.by_view import (
+from scenes.sticks.areas import (
     AZIMUTHS_DEG,
     ELEVATIONS_DEG,
     TONE_STEP,
     ViewDependence,
+    areas_of_parts,
     azimuth_index,
+    directions,
     elevation_index,
     interpolate,
+    largest_area,
+    mean_outline_areas,
     tone_steps_at,
     with_area_share,
     with_tone_steps,

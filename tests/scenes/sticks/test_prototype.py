@@ -13,10 +13,9 @@ from hypothesis import strategies as st
 from lod.errors import InputError
 from lod.eye import CONTRAST_CLASSES, NEVER_LOST
 from lod.shapes import StickTable
-from scenes.figures.person import standing_people
+from scenes.figures.animal_file import standing_people
 from scenes.models.catalogue import MODELS
-from scenes.sticks.areas import areas_of_parts, directions
-from scenes.sticks.by_view import area_shares_at, with_area_share
+from scenes.sticks.areas import area_shares_at, areas_of_parts, directions, with_area_share
 from scenes.sticks.prototype import (
     GROUND,
     HORIZONS,

@@ -7,7 +7,7 @@ from lod.shapes import Mesh, MeshTable, StickTable
 from scenes.appearance.ray_grid import NOTHING, intersect_ray, make_grids, normal_at
 from scenes.appearance.visible_area import visible_areas
 from scenes.sticks.areas import directions
-from scenes.sticks.object_shapes import Shapes
+from scenes.sticks.prototype import Shapes
 
 X, Z = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
 

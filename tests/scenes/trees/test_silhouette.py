@@ -4,7 +4,7 @@ Colour is albedo here, of trees whose shapes are not darker for the shade in wha
 is another fit (tests/scenes/appearance/test_tone.py).
 
 Cuts are the pruner's own: a tree on flat ground, seen from farther and farther away; every
-direction sees them as they look from there (``scenes.sticks.by_view``). As long as all its
+direction sees them as they look from there (``scenes.sticks.areas``). As long as all its
 branches (level 2) are displayed, and none, some or all of what they bear, the mean cover over 32
 directions stays within 5 % of the whole tree's, each direction within 15 %, mean albedo 3 %.
 """
@@ -16,16 +16,14 @@ import numpy as np
 import pytest
 
 from lod.camera import Corner, camera_from_heading
-from lod.crossfade import blend_weights
 from lod.metric import METRICS, limit_distances
-from lod.pruner import prune
+from lod.pruner import blend_weights, prune
 from lod.shapes import StickTable
 from lod.view import View
 from scenes.appearance.visible_area import first_met, visible_areas
 from scenes.field.species_field import Placed
-from scenes.model_files.names import tree_species_names
-from scenes.sticks.areas import directions
-from scenes.sticks.by_view import area_shares_at, with_area_share
+from scenes.model_files import tree_species_names
+from scenes.sticks.areas import area_shares_at, directions, with_area_share
 from scenes.trees.species import tree_species
 from scenes.trees.tree import tree_prototypes
 from tests.scenes.flat_ground import FlatGround

@@ -16,16 +16,15 @@ import numpy as np
 import pytest
 
 from lod.camera import Corner, camera_from_heading
-from lod.crossfade import blend_weights
 from lod.errors import InputError
 from lod.metric import METRICS
-from lod.pruner import prune
+from lod.pruner import blend_weights, prune
 from lod.view import View
 from scenes.field.species_field import Placed
-from scenes.model_files.names import tree_species_names
+from scenes.model_files import tree_species_names
 from scenes.models.catalogue import model_prototypes
+from scenes.rig.rig import from_euler
 from scenes.rig.rigged_prototype import RiggedPrototype
-from scenes.rig.rotations import from_euler
 from scenes.sticks.prototype import Prototype
 from scenes.trees.species import SEASONS, Weather, read_species, tree_species
 from scenes.trees.tree import grow_tree, swaying_trees, tree_prototypes
@@ -188,7 +187,7 @@ def test_everything_is_within_its_limits_in_every_pose(name):
 
 def test_p_holds_in_every_pose():
     """The largest cross-section drawn, over directions some 10° apart, which a pose turns."""
-    from scenes.sticks.by_view import largest_area_in_view
+    from scenes.sticks.areas import largest_area_in_view
 
     _, sways = pair("shrub", 20.0)
     for turns in poses(sways, 1):

@@ -5,7 +5,7 @@ from functools import lru_cache
 import numpy as np
 
 from lod.pruner import prune
-from scenes.figures.person import human_tables
+from scenes.figures.animal_file import human_tables
 from scenes.presets.load import load_preset
 from scenes.scene import Scene
 

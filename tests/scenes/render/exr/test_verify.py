@@ -6,12 +6,11 @@ import numpy as np
 import pytest
 
 from lod.errors import InputError
-from scenes.frame.layers import Layers
+from scenes.frame.frame_input import Layers
 from scenes.presets.load import preset_from
 from scenes.render.exr.header import frame_settings, settings_attributes
 from scenes.render.exr.layer_file import write_exr
-from scenes.render.exr.sequence import open_job, render_sequence
-from scenes.render.exr.verify import check_folder, repairs
+from scenes.render.exr.sequence import check_folder, open_job, render_sequence, repairs
 
 SETTINGS = frame_settings(preset_from({"render": {"size": "8x4"}}), "scalar_rgb")
 FRAMES = range(1, 6)
@@ -231,6 +230,6 @@ def test_two_sequences_of_a_folder_are_repaired_each_by_itself(tmp_path, rendere
 
 def test_another_version_renders_nothing(frames, tmp_path, renderer, monkeypatch):
     frames()[2].unlink()
-    monkeypatch.setattr("scenes.render.exr.verify.software", lambda: "lodbench 99")
+    monkeypatch.setattr("scenes.render.exr.sequence.software", lambda: "lodbench 99")
     (left,) = mend(tmp_path, renderer)
     assert "lodbench 99 would make another" in left.wrong[-1] and renderer.asked == []
