@@ -4,10 +4,9 @@
 one pixel: every process is fresh, its first frame compiles, and times are by the clock, on all
 cores. ``world`` times the first frame of worlds of 10³ to 10¹⁵ objects, up to plain arrays, all in
 turns, in CPU seconds of one thread; unpruned, every object of a finite window is displayed, up to a
-stated number of parts. ``memory`` holds the memory model against fresh processes, ``speed`` the
-compiled walks against the bytes that must move, ``start`` commands from the shell against the
-imports that they need, ``variants`` scalar code against LLVM's, and ``settings`` the way that
-frames are sampled against others, by noise times processor's time.
+stated number of parts. ``memory`` holds the memory model against fresh processes, ``start``
+commands from the shell against the imports that they need, and ``variants`` scalar code against
+LLVM's.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -35,16 +34,7 @@ from bench.statistics.estimates import (
     two_sided_median,
 )
 from bench.statistics.fits import fit_exponent
-from bench.timing import (
-    measure_command,
-    measure_sampling,
-    measure_walks,
-    settings_tables,
-    speed_tables,
-    start_claims,
-    start_tables,
-    variants_claims,
-)
+from bench.timing import measure_command, start_claims, start_tables, variants_claims
 from lod.arrays import Reals
 from scenes.render.variants import JIT_VARIANT, SCALAR_VARIANT, choose, works
 
@@ -400,15 +390,6 @@ EXPERIMENT = Experiment(
             seconds=(600.0, 60.0),
             apart=True,
         ),
-        "speed": Topic(
-            about="part tests, objects and sticks a second, against the memory's bandwidth",
-            cases=lambda size, repeats: [partial(measure_walks, size, repeats)],
-            tables=speed_tables,
-            full={"size": "1280x720", "repeats": 11},
-            quick={"size": "320x180", "repeats": 8},
-            seconds=(120.0, 40.0),
-            apart=True,
-        ),
         "start": Topic(
             about="seconds from the shell to an answer, against imports and the rays of a frame",
             cases=_start_cases,
@@ -427,17 +408,6 @@ EXPERIMENT = Experiment(
             full={"presets": ["meadow", "forest"], "size": "320x180", "warm": 9},
             quick={"presets": ["fly_in"], "size": "64x36", "warm": 2},
             seconds=(900.0, 40.0),
-            apart=True,
-        ),
-        "settings": Topic(
-            about="noise times rendering time of other samplers, sun weights and path depths",
-            cases=lambda presets, size, pairs: [
-                partial(measure_sampling, preset, size, pairs) for preset in presets
-            ],
-            tables=settings_tables,
-            full={"presets": ["meadow", "crowd", "forest"], "size": "160x90", "pairs": 8},
-            quick={"presets": ["crowd"], "size": "64x36", "pairs": 2},
-            seconds=(1500.0, 60.0),
             apart=True,
         ),
     },

@@ -17,10 +17,6 @@ from bench.experiments.cost import (
 from bench.frame_costs import preset_costs
 from bench.frame_memory import GROWTH, HELD, measure_memory
 from bench.records.records import Column, Point, columns, merge_points
-from bench.timing import DARK, SAMPLES, noise_of_pair, sampling_settings
-from scenes.frame.frame_input import Quality
-from scenes.render import variants
-from scenes.render.light import load_plugin
 from scenes.render.variants import JIT_VARIANT, choose, works
 from tests.bench.edited import record_of
 
@@ -210,19 +206,17 @@ def test_every_stage_of_a_real_frame_is_timed():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("topic", ["cost", "world", "speed", "settings", "variants"])
+@pytest.mark.parametrize("topic", ["cost", "world", "variants"])
 def test_a_small_run_is_measured_judged_and_shown(topic, monkeypatch):
     monkeypatch.setattr(frame_costs, "WORLDS", (1e3, 1e6, 1e12))
     monkeypatch.setattr(frame_costs, "UNPRUNED", (1e2, 3e2, 1e3))
-    few = dict([*sampling_settings().items()][::3])
-    monkeypatch.setattr(timing, "sampling_settings", lambda: few)
     sizes = EXPERIMENT.topics[topic].sizes("quick")
     small = {"processes": 1, "worlds": {"meadow": [20.0]}, "fields": 2, "size": "32x18", "spp": 4}
-    small |= {"samples": [4, 16], "repeats": 8, "pairs": 1, "warm": 1}
+    small |= {"samples": [4, 16], "repeats": 8, "warm": 1}
     sizes |= {name: value for name, value in small.items() if name in sizes}
     points = [p for case in EXPERIMENT.topics[topic].cases(**sizes) for p in case(0)]
     assert {p.case["topic"] for p in points} == {topic}
-    if topic in ("cost", "speed", "settings", "variants"):
+    if topic in ("cost", "variants"):
         mine = replace(EXPERIMENT.topics[topic], claims=lambda points: ())
         judged = replace(EXPERIMENT, topics={topic: mine})
         assert judged.tables(record_of(judged, merge_points(points)))
@@ -276,21 +270,3 @@ def test_cold_commands_find_nothing_kept_and_warm_ones_the_same(asked):
     assert (scalar.case["variant"], jit.case["variant"]) == ("scalar_rgb", JIT_VARIANT)
     used = [cache for word, cache in asked[-12:] if word == "-m"]  # in turns, once to keep
     assert used[:2] * 3 == used and used[0] != used[1]
-
-
-def test_noise_is_the_variance_over_the_squared_light():
-    rng, light = np.random.default_rng(0), np.full((200, 300, 3), 0.5)
-    a, b = (light + 0.1 * rng.standard_normal(light.shape) for _ in range(2))
-    assert noise_of_pair(a, b, light) == pytest.approx(0.1**2 / (0.25 * (1 + DARK)), rel=0.02)
-
-
-def test_every_way_to_sample_differs_and_takes_as_many_samples_as_asked():
-    """Orthogonal arrays round what they cannot, and say so only in a warning."""
-    variants.use(variants.SCALAR_VARIANT)
-    used = Quality(variants.SCALAR_VARIANT)
-    first, *others = (replace(used, **changes) for changes in sampling_settings().values())
-    assert first == used and used not in others
-    assert len(set(others)) == len(others) == 10
-    for kind in {each.sampler for each in others}:
-        sampler = load_plugin({"type": kind, "sample_count": SAMPLES})
-        assert sampler.sample_count() == SAMPLES
