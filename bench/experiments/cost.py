@@ -4,13 +4,11 @@
 one pixel: every process is fresh, its first frame compiles, and times are by the clock, on all
 cores. ``world`` times the first frame of worlds of 10³ to 10¹⁵ objects, up to plain arrays, all in
 turns, in CPU seconds of one thread; unpruned, every object of a finite window is displayed, up to a
-stated number of parts. ``memory`` holds the memory model against fresh processes, ``start``
-commands from the shell against the imports that they need, and ``variants`` scalar code against
-LLVM's.
+stated number of parts. ``start`` holds commands from the shell against the imports that they need,
+and ``variants`` scalar code against LLVM's.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -18,7 +16,6 @@ import numpy as np
 from bench.children import run_in_child
 from bench.experiment import Case, Experiment, Table, Topic
 from bench.frame_costs import WORLD, Size, measure_process, measure_worlds, window_costs
-from bench.frame_memory import GROWTH, HELD, measure_memory, memory_claims
 from bench.images.differences import errors, flips
 from bench.images.equal_error import EQUAL_ERROR
 from bench.plots import SIDE, Curve, Panel, Plot, curves, estimated, figure, number_text
@@ -36,7 +33,7 @@ from bench.statistics.estimates import (
 from bench.statistics.fits import fit_exponent
 from bench.timing import measure_command, start_claims, start_tables, variants_claims
 from lod.arrays import Reals
-from scenes.render.variants import JIT_VARIANT, SCALAR_VARIANT, choose, works
+from scenes.render.variants import JIT_VARIANT, SCALAR_VARIANT, choose
 
 
 def _measure_size(case: Size, seed: int) -> list[Point]:
@@ -316,11 +313,6 @@ def _cost_cases(
     ]
 
 
-def _memory_cases(scenes: int, frames: int) -> list[Case]:
-    here = [each for each in HELD if works(each.variant) is True]
-    return [partial(measure_memory, e) for e in (*here[:scenes], replace(GROWTH, frames=frames))]
-
-
 def _start_cases(presets: Sequence[str], warm: int, cold: int) -> list[Case]:
     return [
         partial(measure_command, ("count", "meadow"), warm, cold, ()),
@@ -380,15 +372,6 @@ EXPERIMENT = Experiment(
             full={"repeats": 31},
             quick={"repeats": 8},
             seconds=(120.0, 40.0),
-        ),
-        "memory": Topic(
-            about="memory of frames in fresh processes, against what the memory model estimates",
-            cases=_memory_cases,
-            claims=memory_claims,
-            full={"scenes": len(HELD), "frames": 200},
-            quick={"scenes": 1, "frames": 20},
-            seconds=(600.0, 60.0),
-            apart=True,
         ),
         "start": Topic(
             about="seconds from the shell to an answer, against imports and the rays of a frame",
