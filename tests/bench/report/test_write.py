@@ -68,7 +68,7 @@ def test_the_report_marks_it(record, tmp_path):
 
 def _origin(record):
     noted = replace(record, notes={NOTE: probe(), SOURCES: "x"})
-    return Section(noted, "", (), (), ((), [])).origin.rows
+    return Section(noted, "", (), ()).origin
 
 
 def test_an_older_version_is_shown_as_it_was_judged(record, tmp_path):
