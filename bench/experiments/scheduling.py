@@ -13,14 +13,7 @@ from functools import partial
 
 import numpy as np
 
-from bench.acting import (
-    FPS,
-    measure_clearance,
-    measure_feet,
-    measure_meetings,
-    measure_updating,
-    measure_waiting,
-)
+from bench.acting import FPS, measure_clearance, measure_waiting
 from bench.experiment import Case, Experiment, Topic
 from bench.images.differences import PIXELS_PER_DEGREE
 from bench.plots import Curve, Plot, curves
@@ -115,23 +108,17 @@ def _acting_cases(
     crowd: int,
     crowds: int,
     people: int,
-    feet_seconds: Sequence[float],
     clear_seconds: Sequence[float],
 ) -> list[Case]:
     waiting = partial(partial, measure_waiting, frames, crowd)
     several = [waiting(), waiting(threshold=1.0), waiting(threshold=2.0)]
     several += [waiting(density=0.02), waiting(density=0.08)]
-    several += [waiting(questions=20), waiting(questions=100)]
     several += [partial(measure_waiting, frames, 10 * crowd)]
     several += [waiting(threshold=px, waving=True) for px in (0.5, 2.0)]
     return [
         *several[:crowds],
-        partial(measure_updating, frames, people, 200.0, False),
-        partial(measure_updating, frames // 4, people, 40.0, True),
-        *(partial(measure_feet, people, seconds, False) for seconds in feet_seconds),
-        partial(measure_feet, people, feet_seconds[0], True),
-        *(partial(measure_clearance, people, 40.0, seconds) for seconds in clear_seconds),
-        partial(measure_meetings, "playground", frames),
+        *(partial(measure_clearance, None, people, 40.0, seconds) for seconds in clear_seconds),
+        partial(measure_clearance, "playground", 0, 40.0, frames / FPS),
     ]
 
 
@@ -245,9 +232,8 @@ def _update_claims(points: Sequence[Point]) -> Iterator[Claim]:
 def _acting_claims(points: Sequence[Point]) -> Iterator[Claim]:
     for point in where(points, what="waiting"):
         yield from _waiting_claims(point)
-    for point in (*where(points, what="clearance"), *where(points, what="meetings")):
-        case = point.case
-        told = {"scene": case.get("preset", "people in a square"), "seconds": case["seconds"]}
+    for point in where(points, what="clearance"):
+        told = {name: point.case[name] for name in ("scene", "seconds")}
         nearest = point.column("nearest_mm")
         found = exactly(min(nearest) / 1000, len(nearest))
         estimand, apart = "least distance of two actors [m]", at_least(2 * BODY_M)
@@ -274,7 +260,6 @@ def _waiting_claims(point: Point) -> Iterator[Claim]:
     told = {
         "actors": case["actors"],
         "actors a m²": case["density"],
-        "questions": case["questions"],
         "τ": f"{case['threshold']:g} px",
         "waving": "waving" if case["waving"] else "not waving",
     }
@@ -347,15 +332,14 @@ EXPERIMENT = Experiment(
             seconds=(140.0, 90.0),
         ),
         "acting": Topic(
-            about="what actors cost, what it saves that some wait, and who meets",
+            about="what it saves that some actors wait, how far off they are, and who meets",
             cases=_acting_cases,
             claims=_acting_claims,
             full={
                 "frames": 96,
                 "crowd": 1000,
-                "crowds": 10,
+                "crowds": 8,
                 "people": 200,
-                "feet_seconds": [4.0, 60.0],
                 "clear_seconds": [60.0, 600.0],
             },
             quick={
@@ -363,7 +347,6 @@ EXPERIMENT = Experiment(
                 "crowd": 60,
                 "crowds": 2,
                 "people": 20,
-                "feet_seconds": [1.0],
                 "clear_seconds": [1.0],
             },
             seconds=(1200.0, 60.0),
