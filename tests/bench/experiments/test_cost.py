@@ -34,10 +34,8 @@ def frames(**share):
         for stage, v in stages.items()
     }
     times["metric"] = [round(n / 100) + k for k, n in enumerate(times["prune"])]
-    times["haze"] = [0] * 12
     warm = tuple(Column("us", row, {"stage": stage}) for stage, row in times.items())
-    cold = {"world": [2_000_000 + k for k in range(8)], "first_trace": [1_500_000] * 8}
-    cold |= {f"{k}_bytes": [10**9] * 8 for k in ("world", "shoot", "render")}
+    cold = {"world": [2_000_000 + k for k in range(8)]}
     named = ({"topic": "cost", "what": each} for each in ("frames", "processes"))
     return tuple(map(Point, named, ((), ()), (warm, columns(cold))))
 
@@ -120,9 +118,7 @@ def world(metric, objects, parts, seconds, scene="a", side=None):
     times = [round(1e6 * seconds * n) for n in chance.normal(1, 0.01, 12)]
     case = {"topic": "world", "metric": metric, "objects": objects, "scene": scene}
     case |= {"limit_m": 100.0, "side_m": side or objects**0.5}
-    return Point(
-        case, samples=columns({"objects": [1], "parts": [parts], "bytes": [9], "cpu_us": times})
-    )
+    return Point(case, samples=columns({"parts": [parts], "cpu_us": times}))
 
 
 def worlds(growth=0.0, scenes="aaaa", unpruned=1.0):
@@ -191,10 +187,7 @@ def test_scalar_code_is_held_against_the_jit_variant_turn_by_turn():
 def test_every_stage_of_a_real_frame_is_timed():
     found = preset_costs(["render.size=32x18", "render.spp=1", "view.detail=8"], choose(), 1)
     (row,) = found["warm"]
-    assert {*STAGES, "metric", "tests", "haze"} <= set(row)
-    assert all(row[stage] > 0 for stage in STAGES) and row["tests"] > 10
-    cold = found["cold"]
-    assert 0 < cold["world_bytes"] <= cold["shoot_bytes"] <= cold["render_bytes"]
+    assert all(row[stage] > 0 for stage in (*STAGES, "metric")) and found["world"] > 0
 
 
 @pytest.mark.slow
