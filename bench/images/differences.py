@@ -20,6 +20,7 @@ The land's luminance is summed over rays, each of which is of one place alone: p
 sample a pixel have a distance for every ray, and no pixel is half land and half sky.
 """
 
+import gc
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
@@ -128,14 +129,15 @@ class LandLight:
 class Seen:
     """What is seen of one scene.
 
-    pictures  linear radiance, one of every count of samples
-    land      the light of the land by bands of distance
-    Z         (h, w) distance of what each pixel shows [m], in the last picture
+    pictures  linear radiance, one of every count of samples, for each of the first samples
+    land, things   light of all land by bands of distance, and of what stands on it
+    Z         (h, w) distance of what each pixel shows [m], in the last picture of the first row
     sticks, triangles   how many the scene has
     """
 
-    pictures: tuple[Radiance, ...]
+    pictures: tuple[tuple[Radiance, ...], ...]
     land: LandLight
+    things: LandLight
     Z: np.ndarray
     sticks: int
     triangles: int
@@ -149,17 +151,27 @@ class Looks:
     light_passes: int
 
 
-def look(frame_input: FrameInput, looks: Looks, edges_m: np.ndarray, first: int) -> Seen:
-    """Build a frame's scene once and look at it; its pictures are of samples ``first`` and on."""
+def look(frame_input: FrameInput, looks: Looks, edges_m: np.ndarray, *firsts: int) -> Seen:
+    """Build a frame's scene once and take its pictures, from the samples ``firsts`` on each.
+
+    The ground is the first of what is displayed: its tiles are no things.
+    """
+    gc.collect()  # a scene that was built before is large
     stage, quality = build_frame(frame_input), frame_input.quality
+    tiles = int(frame_input.displayed[0].cut.object.max(initial=0)) + 1
     made = [
-        trace(stage, replace(quality, spp=spp), first + k) for k, spp in enumerate(looks.samples)
+        [trace(stage, replace(quality, spp=spp), first + k) for k, spp in enumerate(looks.samples)]
+        for first in firsts
     ]
-    passes = (trace(stage, replace(quality, spp=1), LIGHT + k) for k in range(looks.light_passes))
-    land = sum_land(((each.rgb, each.Z) for each in passes), edges_m)
-    pictures = tuple(each.rgb.astype(np.float64) for each in made)
-    counts = made[0].statistics
-    return Seen(pictures, land, made[-1].Z, counts["sticks"], counts["triangles"])
+    passes = [
+        (each.rgb, each.Z, np.where(each.object > tiles, each.Z, SKY_Z))
+        for k in range(looks.light_passes)
+        for each in [trace(stage, replace(quality, spp=1), LIGHT + k)]
+    ]
+    land, things = (sum_land(((each[0], each[n]) for each in passes), edges_m) for n in (1, 2))
+    counts = made[0][0].statistics
+    pictures = tuple(tuple(each.rgb.astype(np.float64) for each in row) for row in made)
+    return Seen(pictures, land, things, made[0][-1].Z, counts["sticks"], counts["triangles"])
 
 
 def sum_land(passes: Iterable[tuple[np.ndarray, np.ndarray]], edges_m: np.ndarray) -> LandLight:
