@@ -20,6 +20,7 @@ import click
 from click.core import ParameterSource
 from click.shell_completion import CompletionItem
 
+from bench.cli.output import output
 from lod.errors import InputError
 from scenes.files import LAST_FRAME, checked_frames
 from scenes.presets.load import Setting, load_preset
@@ -255,7 +256,22 @@ GROUPS = (
 
 
 class StrictCommand(click.Command):
-    """A command that refuses what is said twice, and flags that the table sets against another."""
+    """A command that refuses what is said twice, and flags that the table sets against another.
+
+    It has --json, which prints what ``json`` says, and is given ``out``, where its results go.
+    """
+
+    def __init__(self, *words: Any, json: str = "One JSON object on stdout.", **more: Any) -> None:
+        super().__init__(*words, **more)
+        if json:
+            self.params.append(click.Option(("--json", "as_json"), is_flag=True, help=json))
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Open the results of the command, and call it with them."""
+        if "as_json" not in ctx.params:
+            return super().invoke(ctx)
+        with output(ctx.params.pop("as_json")) as ctx.params["out"]:
+            return super().invoke(ctx)
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the flags in groups."""

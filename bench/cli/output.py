@@ -155,7 +155,8 @@ _RISE_S = 10
 def bars_are_shown() -> bool:
     """Tell whether someone looks: stderr is a terminal, and the command prints no JSON."""
     command = click.get_current_context(silent=True)
-    return sys.stderr.isatty() and not (command and command.params.get("as_json"))
+    results = command and command.params.get("out")
+    return sys.stderr.isatty() and not (results and results.stream)
 
 
 class _Doing:

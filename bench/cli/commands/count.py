@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from bench.cli.flags import StrictCommand, memory_flag, preset_from_flags, view_flags
-from bench.cli.output import Output, output, progress_bar, table, tell_first_run
+from bench.cli.output import Output, progress_bar, table, tell_first_run
 from scenes.processes.memory_limit import peak_rss_bytes
 
 if TYPE_CHECKING:
@@ -17,8 +17,7 @@ if TYPE_CHECKING:
 @view_flags
 @memory_flag
 @click.option("--frame", type=click.IntRange(1, 999_999), default=1, help="Frame number, from 1.")
-@click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
-def command(preset: str, frame: int, as_json: bool, max_memory: int | None, **flags: Any) -> None:
+def command(preset: str, frame: int, out: Output, max_memory: int | None, **flags: Any) -> None:
     """Objects and parts of one frame: examined, displayed, predicted."""
     chosen = preset_from_flags(preset, **flags)
     from bench.frame_counts import Stopwatch, count
@@ -28,21 +27,20 @@ def command(preset: str, frame: int, as_json: bool, max_memory: int | None, **fl
 
     tell_first_run()
     watch = Stopwatch()
-    with output(as_json) as out:
-        with watch.stage("build"):
-            chosen = within_budget(chosen, (frame,), max_memory, out.note)
-            scene = Scene(chosen)
-            preflight(scene, (), max_memory)
-            world = scene.world
-        with progress_bar("step") as show:
-            show(0, 1, "memory")
-            with watch.stage("estimate"):
-                estimated = preflight(scene, (frame,), max_memory)
-            ground = estimated.ground if estimated else None
-            counts = count(world, scene.view(frame), ground, show)
-        seconds = watch.seconds | counts.seconds
-        out.record(as_data(counts, seconds))
-        _say(out, counts, seconds)
+    with watch.stage("build"):
+        chosen = within_budget(chosen, (frame,), max_memory, out.note)
+        scene = Scene(chosen)
+        preflight(scene, (), max_memory)
+        world = scene.world
+    with progress_bar("step") as show:
+        show(0, 1, "memory")
+        with watch.stage("estimate"):
+            estimated = preflight(scene, (frame,), max_memory)
+        ground = estimated.ground if estimated else None
+        counts = count(world, scene.view(frame), ground, show)
+    seconds = watch.seconds | counts.seconds
+    out.record(as_data(counts, seconds))
+    _say(out, counts, seconds)
 
 
 def as_data(counts: "Counts", seconds: dict[str, float]) -> dict[str, Any]:
