@@ -9,7 +9,6 @@ import os
 import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from functools import reduce
 from importlib import resources
 from itertools import chain
@@ -216,34 +215,28 @@ def _number(text: str) -> int | float | str:
     return text
 
 
-@dataclass(frozen=True)
-class Rule:
-    """Two flags, or keys of a preset, of which one excludes or needs the other, and why."""
-
-    one: str
-    other: str
-    why: str
-
-
 EXCLUDES = (
-    Rule("resume", "overwrite", "one keeps what is done, the other replaces it"),
-    Rule("view.detail", "view.max_parts", "a budget of parts chooses the detail"),
-    Rule("view.detail", "reference", "a reference is as fine as memory allows"),
-    Rule("view.max_parts", "reference", "a reference is as fine as memory allows"),
+    ("resume", "overwrite", "one keeps what is done, the other replaces it"),
+    ("view.detail", "view.max_parts", "a budget of parts chooses the detail"),
+    ("view.detail", "reference", "a reference is as fine as memory allows"),
+    ("view.max_parts", "reference", "a reference is as fine as memory allows"),
 )
 NEEDS = (
-    Rule("tone", "preview", "frames are linear, and only previews have a tone"),
-    Rule("view", "preview", "frames hold all layers, and only previews show one"),
-    Rule("exposure", "preview", "frames are linear, and only previews are exposed"),
+    ("tone", "preview", "frames are linear, and only previews have a tone"),
+    ("view", "preview", "frames hold all layers, and only previews show one"),
+    ("exposure", "preview", "frames are linear, and only previews are exposed"),
     *(
-        Rule(name, "words", "it is of a program that is called")
+        (name, "words", "it is of a program that is called")
         for name in ("pack", "settings", "repeats", "program", "who", "baseline", "diagnose")
     ),
-    Rule("cluster", "repair", "workers only repair; looking is done here"),
-    Rule("threads", "repair", "threads only repair; looking is done by one"),
-    Rule("max_memory", "repair", "only what is rendered again needs memory"),
+    ("cluster", "repair", "workers only repair; looking is done here"),
+    ("threads", "repair", "threads only repair; looking is done by one"),
+    ("max_memory", "repair", "only what is rendered again needs memory"),
 )
-"""A rule is for the commands that have both flags."""
+"""Two flags, or keys of a preset, of which one excludes or needs the other, and why.
+
+A rule is for the commands that have both flags.
+"""
 
 GROUPS = (
     ("What is seen", (*VIEW_KEYS, "density", "say", "settings")),
@@ -302,15 +295,13 @@ def check_flags(ctx: click.Context, order: Sequence[click.Parameter]) -> None:
             raise InputError(told, "twice", "each key is said once", "leave one out")
         said[key] = source
     names = {FLAG_KEYS.get(each.name or "", each.name) for each in ctx.command.params}
-    for rule in EXCLUDES:
-        if rule.one in said and rule.other in said:
-            where = f"{said[rule.one]} {said[rule.other]}"
-            raise InputError(where, "both", rule.why, "leave one out")
-    for rule in NEEDS:
-        if rule.one in said and rule.other in names and rule.other not in said:
-            other = "--command" if rule.other == "words" else f"--{rule.other.replace('_', '-')}"
-            cure = f"add {other}, or leave it out"
-            raise InputError(said[rule.one], "alone", rule.why, cure)
+    for one, other, why in EXCLUDES:
+        if one in said and other in said:
+            raise InputError(f"{said[one]} {said[other]}", "both", why, "leave one out")
+    for one, other, why in NEEDS:
+        if one in said and other in names and other not in said:
+            flag = "--command" if other == "words" else f"--{other.replace('_', '-')}"
+            raise InputError(said[one], "alone", why, f"add {flag}, or leave it out")
 
 
 def _said_keys(ctx: click.Context, order: Sequence[click.Parameter]) -> Iterator[tuple[str, str]]:

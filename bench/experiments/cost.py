@@ -26,11 +26,11 @@ from bench.statistics.estimates import (
     LEAST_REPEATS,
     Estimate,
     exactly,
+    fit_exponent,
     one_sided_mean,
     two_sided_factor,
     two_sided_median,
 )
-from bench.statistics.fits import fit_exponent
 from bench.timing import measure_command, start_claims, start_tables, variants_claims
 from lod.arrays import Reals
 from scenes.render.variants import JIT_VARIANT, SCALAR_VARIANT, choose

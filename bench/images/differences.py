@@ -30,11 +30,11 @@ from jaxtyping import Float, Float64, Int64
 from bench.records.records import Column, Key, Point, columns
 from bench.statistics.estimates import (
     Estimate,
+    noise_free,
     one_sided_mean,
     two_sided_paired_ratio,
     two_sided_ratio_of_means,
 )
-from bench.statistics.fits import noise_free
 from lod.arrays import Reals, freeze
 from lod.errors import InputError
 from scenes.frame.frame_input import FrameInput
