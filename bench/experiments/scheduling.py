@@ -18,15 +18,15 @@ from bench.experiment import Case, Experiment, Topic
 from bench.images.differences import PIXELS_PER_DEGREE
 from bench.plots import Curve, Plot, curves
 from bench.records.claims import EXACT, UNREPLICATED, Claim, at_least, at_most, claim
-from bench.records.records import Column, Key, Point, Record, columns, where
+from bench.records.records import Column, Point, Record, columns, where
 from bench.statistics.estimates import Estimate, exactly, two_sided_paired_ratio, two_sided_share
 from lod.arrays import Reals
 from lod.motion import critical_hz
 from lod.pruner import prune
 from lod.update_schedule import (
     WINDOW,
+    DrawnState,
     TruePose,
-    budget_rule,
     displacement_px,
     initial_state,
     replay,
@@ -44,9 +44,6 @@ from scenes.scene import Scene, is_scheduled
 
 FRAME = WINDOW + 8
 THRESHOLDS = (0.25, 0.5, 1.0)
-BUDGET = 0.1
-"""The share of the parts that the rule of a budget draws anew."""
-
 SPEEDS = (0.0, *(2.0**k for k in range(-6, 4)))
 """The edges of the classes of a part's own speed on the image [px a frame]."""
 
@@ -125,29 +122,32 @@ def _acting_cases(
 def counted(scene: Scene) -> tuple[Column, ...]:
     """Count the parts that could move, those redrawn, and the farthest that a part is off.
 
-    The farthest is in px/1000, by every rule. Counts are also given by class of speed.
+    The farthest is in px/1000, by every threshold. Counts are also given by class of speed.
     """
-    shown, numbers = _movers(scene, FRAME), replay_frames(FRAME)
-    made = [scene.poses(numbers, each) for each in shown]
-    frames = [_together(each) for each in zip(*made, strict=True)]
-    last, parts = frames[-1], len(frames[-1].refresh_due)
     rules = {f"{t:g} px": threshold_rule(t) for t in THRESHOLDS}
-    rules["budget"] = budget_rule(round(BUDGET * parts))
-    states = dict(zip(rules, replay(iter(frames), list(rules.values())), strict=True))
-    (before,) = replay(iter(frames[-2:-1]), [threshold_rule(0.0)])
-    kind = np.searchsorted(SPEEDS, displacement_px(before, last), "right") - 1
-    found = [Column("parts", [parts])]
-    for rule, state in states.items():
-        farthest = math.ceil(1000 * float(state.error_px.max(initial=0)))
-        counts = {"redrawn": [int(state.updated.sum())], "off_mpx": [farthest]}
+    states: dict[str, list[DrawnState]] = {rule: [] for rule in rules}
+    moved = []
+    for each in _movers(scene, FRAME):
+        frames = list(scene.poses(replay_frames(FRAME), each))
+        for rule, state in zip(rules, replay(iter(frames), list(rules.values())), strict=True):
+            states[rule].append(state)
+        (before,) = replay(iter(frames[-2:-1]), [threshold_rule(0.0)])
+        moved.append(displacement_px(before, frames[-1]))
+    kind = np.searchsorted(SPEEDS, np.concatenate(moved), "right") - 1
+    found = [Column("parts", [len(kind)])]
+    found += (Column("parts", [int((kind == k).sum())], {"speed_from": s}) for k, s in _CLASSES)
+    for rule, several in states.items():
+        updated = np.concatenate([each.updated for each in several])
+        off = max(float(each.error_px.max(initial=0)) for each in several)
+        counts = {"redrawn": [int(updated.sum())], "off_mpx": [math.ceil(1000 * off)]}
         found += columns(counts, rule=rule)
-    for k, low in enumerate(SPEEDS):
-        mine = kind == k
-        found.append(Column("parts", [int(mine.sum())], {"speed_from": low}))
-        for rule, state in states.items():
-            keys: dict[str, Key] = {"rule": rule, "speed_from": low}
-            found.append(Column("redrawn", [int(state.updated[mine].sum())], keys))
+        for k, speed in _CLASSES:
+            again = [int(updated[kind == k].sum())]
+            found.append(Column("redrawn", again, {"rule": rule, "speed_from": speed}))
     return tuple(found)
+
+
+_CLASSES = tuple(enumerate(SPEEDS))
 
 
 def _movers(scene: Scene, frame: int) -> list[DisplayedRepresentation]:
@@ -156,30 +156,14 @@ def _movers(scene: Scene, frame: int) -> list[DisplayedRepresentation]:
     return [each for each in shown if is_scheduled(each, scene.time_s(frame + 1))]
 
 
-def _together(several: Sequence[TruePose]) -> TruePose:
-    """Join the poses of several representations at one moment: a budget is for all of them."""
-    first = np.cumsum([0] + [len(each.refresh_due) for each in several])[:-1]
-    owners = [each.owner + row for each, row in zip(several, first.tolist(), strict=True)]
-    return TruePose(
-        start=np.concatenate([each.start for each in several]),
-        end=np.concatenate([each.end for each in several]),
-        owner=np.concatenate(owners),
-        refresh_due=np.concatenate([each.refresh_due for each in several]),
-        eye=several[0].eye,
-        theta=several[0].theta,
-    )
-
-
 def _stage_seconds(scene: Scene, frame: int, variant: str) -> dict[str, float]:
-    """Time a frame, all that precedes rendering, posing what may stay, and comparing it [s]."""
+    """Time a frame, posing what may stay, and comparing it [s]."""
 
     def posed(number: int) -> list[TruePose]:
         return [pose for each in shown for pose in scene.poses((number,), each)]
 
     clock = [time.process_time()]
-    made = scene.input(frame, variant)
-    clock.append(time.process_time())
-    render_frame(made, frame)
+    render_frame(scene.input(frame, variant), frame)
     clock.append(time.process_time())
     shown = _movers(scene, frame)
     drawn = [initial_state(each) for each in posed(frame - 1)]
@@ -189,9 +173,8 @@ def _stage_seconds(scene: Scene, frame: int, variant: str) -> dict[str, float]:
     for before, after in zip(drawn, now, strict=True):
         displacement_px(before, after)
     clock.append(time.process_time())
-    shot, rendered, _, posing, deciding = np.diff(clock).tolist()
-    stages = {"before rendering": shot, "posing": posing, "deciding": deciding}
-    return {"frame": shot + rendered, **stages}
+    rendered, _, posing, deciding = np.diff(clock).tolist()
+    return {"frame": rendered, "posing": posing, "deciding": deciding}
 
 
 # Claims, from raw points alone.

@@ -13,7 +13,6 @@ from bench.acting import (
     walkers,
 )
 from bench.experiments.scheduling import (
-    BUDGET,
     CROWD,
     EXPERIMENT,
     MOVES,
@@ -27,7 +26,6 @@ from bench.experiments.scheduling import (
 )
 from bench.records.records import Column, Point, columns
 from lod.pruner import prune
-from lod.update_schedule import WINDOW
 from scenes.actors.acting import Rules
 from scenes.presets.load import load_preset
 from scenes.scene import Scene
@@ -50,7 +48,7 @@ def schedule(move):
     for low in SPEEDS:
         found.append(Column("parts", [500 * (low in (0.0, 0.25))] * 3, {"speed_from": low}))
     rules = {f"{t:g} px": (round(50 / t), round(990 * t)) for t in THRESHOLDS}
-    for rule, (again, off) in (rules | {"budget": (100, 700)}).items():
+    for rule, (again, off) in rules.items():
         found.append(Column("redrawn", [again - 1, again, again + 1], {"rule": rule}))
         found.append(Column("off_mpx", [off] * 3, {"rule": rule}))
         for low in SPEEDS:
@@ -60,7 +58,7 @@ def schedule(move):
 
 
 def timed():
-    stages = {"frame": 100, "before rendering": 5, "posing": 1, "deciding": 2}
+    stages = {"frame": 100, "posing": 1, "deciding": 2}
     times = {("all", stage): us for stage, us in stages.items()} | {("scheduled", "frame"): 140}
     samples = (
         Column("cpu_us", [10_000 * us + k * us**2 for k in range(3)], {"way": way, "stage": stage})
@@ -103,7 +101,6 @@ def test_a_real_crowd_is_scheduled_as_each_rule_says():
     assert parts / 2 > counts[0] > counts[1] > counts[2] > 0
     for t in THRESHOLDS:
         assert 0 < one("off_mpx", rule=f"{t:g} px") <= 1000 * t
-    assert one("redrawn", rule="budget") <= parts * (BUDGET + 2 / WINDOW)
     some = (Column("parts", [4, 6]), Column("redrawn", [1, 1], {"rule": "x"}))
     assert redrawn(Point({}, samples=some), "x").value == pytest.approx(0.2)
 
