@@ -9,7 +9,6 @@ import re
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from bench.plots import FONTS, Drawing, Plot, key_of
@@ -25,6 +24,7 @@ from bench.report.first_screen import (
     headline_cells,
     strip,
 )
+from bench.templates import filled
 
 _FOLDER = Path(__file__).parent
 _MARK = Markup('<circle class="mark" data-curve="{}" cx="{}" cy="{}"><title>{}</title></circle>')
@@ -34,34 +34,28 @@ _MARK = Markup('<circle class="mark" data-curve="{}" cx="{}" cy="{}"><title>{}</
 def to_html(sections: Sequence[Section]) -> str:
     """Write the whole page."""
     script = Markup((_FOLDER / "page.js").read_text(encoding="utf-8"))
-    return _rendered("page.html", sections, script=script, fonts=Markup(FONTS))
+    return _filled("page.html", sections, script=script, fonts=Markup(FONTS))
 
 
 def to_markdown(sections: Sequence[Section]) -> str:
     """Write the whole document."""
-    text = _rendered("page.md.jinja", sections)
+    text = _filled("page.md.jinja", sections)
     return text.replace("<", "&lt;")  # no record writes HTML
 
 
-def _rendered(template: str, sections: Sequence[Section], **more: Markup) -> str:
-    environment = Environment(
-        loader=FileSystemLoader(_FOLDER),
-        autoescape=template.endswith("html"),
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=not template.endswith("html"),
-    )
+def _filled(template: str, sections: Sequence[Section], **more: Markup) -> str:
     called = (claim_cells, headline_cells, key_of, picture_path, plot_files, strip)
-    environment.globals |= {each.__name__: each for each in called}
-    environment.globals |= {"marks": MARKS, "table": _table, "claim_heads": CLAIM_HEADS}
-    environment.filters |= {"marked_up": _marked_up, "svg": _svg, "cell": _cell}
-    environment.filters["verdict"] = _verdict
-    return environment.get_template(template).render(
+    return filled(
+        _FOLDER / template,
+        {"marked_up": _marked_up, "svg": _svg, "cell": _cell, "verdict": _verdict},
+        **{each.__name__: each for each in called},
+        marks=MARKS,
+        table=_table,
+        claim_heads=CLAIM_HEADS,
+        headline_heads=HEADLINE_HEADS,
         title=TITLE,
         lede=LEDE,
         this_is_not=WHAT_THIS_IS_NOT,
-        headline_heads=HEADLINE_HEADS,
         first=first_screen(sections),
         sections=sections,
         **more,
