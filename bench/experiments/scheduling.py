@@ -1,9 +1,9 @@
-"""How many parts of what moves need drawing again in a frame, and who of those who act may wait?
+"""How many parts of what moves need drawing again in a frame?
 
 ``updates`` schedules one frame of every field by each rule, from the window of earlier frames on
 which it depends (``lod.update_schedule``): a crowd of walkers among trees in the wind, from a
 camera that stands, walks, turns and flies. Then a small frame is rendered with a schedule and
-without, in turns. ``acting`` measures actors (``bench.acting``). (§2)
+without, in turns. (§2)
 """
 
 import math
@@ -13,11 +13,10 @@ from functools import partial
 
 import numpy as np
 
-from bench.acting import FPS, measure_clearance, measure_waiting
-from bench.experiment import Case, Experiment, Topic
+from bench.experiment import Experiment, Topic
 from bench.images.differences import PIXELS_PER_DEGREE
 from bench.plots import Curve, Plot, curves
-from bench.records.claims import EXACT, UNREPLICATED, Claim, at_least, at_most, claim
+from bench.records.claims import EXACT, Claim, at_most, claim
 from bench.records.records import Column, Point, Record, columns, where
 from bench.statistics.estimates import Estimate, exactly, two_sided_paired_ratio, two_sided_share
 from lod.arrays import Reals
@@ -33,7 +32,6 @@ from lod.update_schedule import (
     replay_frames,
     threshold_rule,
 )
-from scenes.actors.behaviours import BODY_M
 from scenes.frame.frame_input import DisplayedRepresentation, display
 from scenes.presets.load import load_preset
 from scenes.render.render import render_frame
@@ -42,6 +40,7 @@ from scenes.scene import Scene, is_scheduled
 
 # Cases and what is measured of them.
 
+FPS = 24
 FRAME = WINDOW + 8
 THRESHOLDS = (0.25, 0.5, 1.0)
 SPEEDS = (0.0, *(2.0**k for k in range(-6, 4)))
@@ -98,25 +97,6 @@ def _measure_times(rounds: int, variant: str, seed: int) -> Point:
                 found.setdefault((way, stage), []).append(round(1e6 * spent))
     times = (Column("cpu_us", t, {"way": way, "stage": s}) for (way, s), t in found.items())
     return Point({"topic": "updates", "what": "time", "move": "rest"}, samples=tuple(times))
-
-
-def _acting_cases(
-    frames: int,
-    crowd: int,
-    crowds: int,
-    people: int,
-    clear_seconds: Sequence[float],
-) -> list[Case]:
-    waiting = partial(partial, measure_waiting, frames, crowd)
-    several = [waiting(), waiting(threshold=1.0), waiting(threshold=2.0)]
-    several += [waiting(density=0.02), waiting(density=0.08)]
-    several += [partial(measure_waiting, frames, 10 * crowd)]
-    several += [waiting(threshold=px, waving=True) for px in (0.5, 2.0)]
-    return [
-        *several[:crowds],
-        *(partial(measure_clearance, None, people, 40.0, seconds) for seconds in clear_seconds),
-        partial(measure_clearance, "playground", 0, 40.0, frames / FPS),
-    ]
 
 
 def counted(scene: Scene) -> tuple[Column, ...]:
@@ -181,9 +161,6 @@ def _stage_seconds(scene: Scene, frame: int, variant: str) -> dict[str, float]:
 
 _claim = partial(claim, source="derived: docs/method.md")
 
-AIM_TIMES, AIM_PX = 3.0, 0.5
-"""How many times fewer seconds are aimed at, and at which error, its 99.9th percentile."""
-
 
 def _update_claims(points: Sequence[Point]) -> Iterator[Claim]:
     schedules = where(points, what="schedule")
@@ -212,17 +189,6 @@ def _update_claims(points: Sequence[Point]) -> Iterator[Claim]:
             yield _claim(estimand, at_most(most), at, found, unit="frame")
 
 
-def _acting_claims(points: Sequence[Point]) -> Iterator[Claim]:
-    for point in where(points, what="waiting"):
-        yield from _waiting_claims(point)
-    for point in where(points, what="clearance"):
-        told = {name: point.case[name] for name in ("scene", "seconds")}
-        nearest = point.column("nearest_mm")
-        found = exactly(min(nearest) / 1000, len(nearest))
-        estimand, apart = "least distance of two actors [m]", at_least(2 * BODY_M)
-        yield _claim(estimand, apart, told, found, unit=EXACT)
-
-
 def redrawn(point: Point, rule: str) -> Estimate:
     """Estimate the share of the parts that a frame draws again by a rule."""
     return two_sided_share(point.values("redrawn", rule=rule), point.values("parts"))
@@ -236,28 +202,6 @@ def off_px(point: Point, rule: str) -> float:
 def cpu_us(point: Point, way: str, stage: str = "frame") -> Reals:
     """Return the CPU time of a stage of every frame that is drawn in a way [µs]."""
     return point.values("cpu_us", way=way, stage=stage)
-
-
-def _waiting_claims(point: Point) -> Iterator[Claim]:
-    case = point.case
-    told = {
-        "actors": case["actors"],
-        "actors a m²": case["density"],
-        "τ": f"{case['threshold']:g} px",
-        "waving": "waving" if case["waving"] else "not waving",
-    }
-    every, some = (point.values("cpu_us", way=way) for way in ("all", "scheduled"))
-    if len(every) > 1:
-        found, unit = two_sided_paired_ratio(every, some), "frame"
-    else:
-        found, unit = exactly(float(every[0] / some[0])), UNREPLICATED
-    times = "CPU time of acting, all updated ÷ updated by threshold"
-    aimed = partial(claim, source="aim")
-    yield aimed(times, at_least(AIM_TIMES), told, found, unit=unit)
-    for error in ("at once", "in time"):
-        off = exactly(point.column("off_mpx", error=error, statistic="p99.9")[0] / 1000)
-        estimand = f"99.9th percentile of the distance of parts from actors updated {error} [px]"
-        yield aimed(estimand, at_most(AIM_PX), told, off, unit=UNREPLICATED)
 
 
 # Plots.
@@ -314,27 +258,6 @@ EXPERIMENT = Experiment(
             quick={"fields": 3, "rounds": 3},
             seconds=(140.0, 90.0),
         ),
-        "acting": Topic(
-            about="what it saves that some actors wait, how far off they are, and who meets",
-            cases=_acting_cases,
-            claims=_acting_claims,
-            full={
-                "frames": 96,
-                "crowd": 1000,
-                "crowds": 8,
-                "people": 200,
-                "clear_seconds": [60.0, 600.0],
-            },
-            quick={
-                "frames": 12,
-                "crowd": 60,
-                "crowds": 2,
-                "people": 20,
-                "clear_seconds": [1.0],
-            },
-            seconds=(1200.0, 60.0),
-            apart=True,
-        ),
     },
     rendered=True,
     caveats=(
@@ -342,7 +265,6 @@ EXPERIMENT = Experiment(
         "with the picture.",
         "Every frame is scheduled by itself, so that frames may come in any order: nothing of a "
         "frame is kept in memory for the next, and time can only be lost.",
-        "Actors: seconds of the processor without pruner and renderer, both ways in turns.",
     ),
     order=160,
 )

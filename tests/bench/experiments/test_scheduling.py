@@ -1,17 +1,7 @@
-"""What is drawn again is counted by every rule, and actors wait, act and walk as is claimed."""
+"""What is drawn again is counted by every threshold, and judged as is claimed."""
 
-import numpy as np
 import pytest
 
-from bench.acting import (
-    acted_on_a_copy,
-    measure_clearance,
-    measure_waiting,
-    off_px,
-    sticks_off_px,
-    troupe_of,
-    walkers,
-)
 from bench.experiments.scheduling import (
     CROWD,
     EXPERIMENT,
@@ -19,19 +9,13 @@ from bench.experiments.scheduling import (
     SPEEDS,
     THRESHOLDS,
     counted,
+    off_px,
     redrawn,
 )
-from bench.experiments.scheduling import (
-    off_px as farthest_px,
-)
-from bench.records.records import Column, Point, columns
-from lod.pruner import prune
-from scenes.actors.acting import Rules
+from bench.records.records import Column, Point
 from scenes.presets.load import load_preset
 from scenes.scene import Scene
-from scenes.world.cast import make_cast
-from scenes.world.world import make_terrain
-from tests.bench.edited import edited, record_of
+from tests.bench.edited import edited
 
 THIN = (
     *CROWD,
@@ -85,7 +69,7 @@ def test_a_part_too_far_off_refutes_its_threshold():
     wrong = edited(POINTS[0], "off_mpx", lambda _: [501, 499, 400], rule="0.5 px")
     verdicts = {c.value: c.verdict for c in EXPERIMENT.judged((wrong,)) if c.unit == "exact"}
     assert verdicts == {0.25: "holds", 0.5: "refuted", 1.0: "holds"}
-    assert farthest_px(wrong, "0.5 px") == 0.501
+    assert off_px(wrong, "0.5 px") == 0.501
 
 
 def test_a_real_crowd_is_scheduled_as_each_rule_says():
@@ -103,92 +87,3 @@ def test_a_real_crowd_is_scheduled_as_each_rule_says():
         assert 0 < one("off_mpx", rule=f"{t:g} px") <= 1000 * t
     some = (Column("parts", [4, 6]), Column("redrawn", [1, 1], {"rule": "x"}))
     assert redrawn(Point({}, samples=some), "x").value == pytest.approx(0.2)
-
-
-# Actors
-
-
-def test_those_who_wait_are_off_by_less_than_the_threshold():
-    found = measure_waiting(8, 16, 0, threshold=8.0)
-    assert 0.1 < found.column("updated")[0] / found.column("acted")[0] < 0.9
-    for error in ("at once", "in time"):
-        worst, most = (
-            found.column("off_mpx", error=error, statistic=name)[0] for name in ("p99.9", "most")
-        )
-        assert 0 < worst <= most < 8000
-    assert len(EXPERIMENT.judged((found,))) == 3
-
-
-def test_a_copy_acts_and_leaves_the_scene_as_it_was():
-    """The copy does what the scene then does with everyone updated, and is told apart from it."""
-    preset = walkers(6, 20.0, 8, 64.0, 0)
-    once, again = troupe_of(preset), troupe_of(preset)
-    for _ in range(3):
-        once.acting.act(), again.acting.act()
-    copied = acted_on_a_copy(once.acting, 4)
-    once.acting.rules = Rules()
-    meant = [once.acting.act() for _ in range(4)]
-    assert all(np.array_equal(a.places, b.places) for a, b in zip(copied, meant, strict=True))
-    waited = [again.acting.act() for _ in range(4)]
-    assert not np.array_equal(waited[-1].places, copied[-1].places)
-    view = Scene(preset).view(3)
-    assert off_px(troupe_of(preset).cast, copied[-1], view, 3).max() > 0.5
-
-
-def test_sticks_are_held_against_the_same_sticks():
-    """Of the same cast nothing is off; of one in which a head has turned, its parts alone."""
-    plain = walkers(4, 20.0, 4, 0.0, 0)
-    said = {"to": "walker_1 head", "do": "turn z 20deg"}
-    turned = plain.model_validate(plain.model_dump() | {"script": (said,)})
-    shown, other = (make_cast(each, make_terrain(each)) for each in (plain, turned))
-    view = Scene(plain).view(2)
-    assert sticks_off_px(shown, shown, view).max() == 0.0
-    off = sticks_off_px(shown, other, view)
-    parts = prune(shown, view).parts
-    assert set(parts.object[off > 1e-6].tolist()) == {0}
-    assert 0 < np.count_nonzero(off) < 20
-
-
-def test_people_keep_clear_of_each_other():
-    found = measure_clearance(None, 8, 8.0, 1.0, 0)
-    assert min(found.column("nearest_mm")) > 400 and len(found.column("nearest_mm")) == 24
-    (claimed,) = EXPERIMENT.judged((found,))
-    assert claimed.verdict == "holds"
-    bumped = edited(found, "nearest_mm", lambda apart: [*apart[:-1], 399])
-    assert EXPERIMENT.judged((bumped,))[0].verdict == "refuted"
-
-
-def test_a_crowd_is_held_against_the_aim():
-    def crowd(times, in_time):
-        (case,) = ({"topic": "acting", "what": "waiting", "actors": 9, "density": 0.1},)
-        case |= {"threshold": 0.5, "waving": False}
-        off = [
-            Column("off_mpx", [mpx], {"error": error, "statistic": "p99.9"})
-            for error, mpx in (("at once", 100), ("in time", in_time))
-        ]
-        spent = {"all": [1000 * times, 1001 * times], "scheduled": [1000, 1000]}
-        ways = (each for way, us in spent.items() for each in columns({"cpu_us": us}, way=way))
-        return Point(case, samples=(*off, *ways))
-
-    assert [c.verdict for c in EXPERIMENT.judged((crowd(4, 400),))] == ["holds"] * 3
-    assert [c.verdict for c in EXPERIMENT.judged((crowd(2, 900),))] == [
-        "refuted",
-        "holds",
-        "refuted",
-    ]
-
-
-@pytest.mark.slow
-def test_actors_of_a_preset_keep_clear_of_each_other():
-    found = measure_clearance("playground", 0, 0.0, 2 / 24, 0)
-    assert found.case["scene"] == "playground" and min(found.column("nearest_mm")) > 400
-    assert EXPERIMENT.judged((found,))[0].verdict == "holds"
-
-
-@pytest.mark.slow
-def test_a_small_run_of_actors_is_measured_judged_and_shown():
-    topic = EXPERIMENT.topics["acting"]
-    sizes = topic.sizes("quick") | {"frames": 4, "crowd": 12, "people": 6}
-    points = [case(0) for case in topic.cases(**sizes)]
-    assert record_of(EXPERIMENT, points).claims
-    assert {p.case["what"] for p in points} == {"waiting", "clearance"}
