@@ -91,27 +91,24 @@ def value_option(*names: str, **rest: Any) -> Callable[[Command], Command]:
     return click.option(*names, shell_complete=complete_value, **rest)
 
 
+_VALUES = (
+    ("--size", "WxH", "Picture size in pixels."),
+    ("--seed", "N", "Seed of every random choice."),
+    ("--metric", "NAME", "Member of the metric family."),
+    ("--detail", "PX", "Detail threshold τ in pixels."),
+    ("--max-parts", "N", "Set --detail so that every frame displays N parts."),
+    ("--visibility", "LENGTH", "20km, 500m, or clear."),
+    ("--shutter", "DEGREES", "Shutter angle, 360 = a whole frame; 0 = no blur."),
+    ("--smear", "NAME", "Leave out what blur hides: shutter, window (eye), off."),
+    ("--fade", "SHARE", "Share of its limit over which a part fades."),
+    ("--display-ppd", "N", "Seen by an eye, N pixels per degree."),
+)
 _VIEW_FLAGS = (
     click.argument("preset", shell_complete=complete_preset),
-    click.option("--size", metavar="WxH", help="Picture size in pixels."),
-    click.option("--seed", metavar="N", help="Seed of every random choice."),
-    value_option("--metric", metavar="NAME", help="Member of the metric family."),
-    click.option("--detail", metavar="PX", help="Detail threshold τ in pixels."),
-    click.option(
-        "--max-parts", metavar="N", help="Set --detail so that every frame displays N parts."
-    ),
-    click.option("--visibility", metavar="LENGTH", help="20km, 500m, or clear."),
-    click.option(
-        "--shutter", metavar="DEGREES", help="Shutter angle, 360 = a whole frame; 0 = no blur."
-    ),
-    value_option(
-        "--smear", metavar="NAME", help="Leave out what blur hides: shutter, window (eye), off."
-    ),
-    click.option("--fade", metavar="SHARE", help="Share of its limit over which a part fades."),
+    *(value_option(name, metavar=metavar, help=about) for name, metavar, about in _VALUES),
     click.option(
         "--haze-aware/--no-haze-aware", default=None, help="Leave out what the air hides."
     ),
-    click.option("--display-ppd", metavar="N", help="Seen by an eye, N pixels per degree."),
     click.option(
         "--density",
         multiple=True,
@@ -128,26 +125,17 @@ _VIEW_FLAGS = (
         "-D", "settings", multiple=True, metavar="KEY=VALUE", help="Any preset key, dotted."
     ),
 )
+_FILES = (
+    ("--multipart", True, "A part for each group of layers."),
+    ("--half", "half", "Colour as half instead of float."),
+    ("--motion", True, "Layers motion.X/Y: px to the next frame."),
+    ("--denoise", True, "Layers denoised.R/G/B beside the raw."),
+    ("--cryptomatte", True, "Mattes of objects and species."),
+)
 _FILE_FLAGS = (
     value_option("--compression", metavar="NAME", help="zip, zips, piz, rle or none."),
-    click.option(
-        "--multipart", is_flag=True, default=None, help="A part for each group of layers."
-    ),
-    click.option(
-        "--half", flag_value="half", default=None, help="Colour as half instead of float."
-    ),
-    click.option(
-        "--motion", is_flag=True, default=None, help="Layers motion.X/Y: px to the next frame."
-    ),
-    click.option(
-        "--denoise", is_flag=True, default=None, help="Layers denoised.R/G/B beside the raw."
-    ),
-    click.option(
-        "--cryptomatte", is_flag=True, default=None, help="Mattes of objects and species."
-    ),
+    *(click.option(name, flag_value=v, default=None, help=about) for name, v, about in _FILES),
 )
-
-
 _PICTURE_FLAGS = (
     click.option("--tone", default="filmic", metavar="NAME", help="filmic, reinhard or linear."),
     click.option("--view", default="colour", metavar="NAME", help="Of previews: colour or level."),
