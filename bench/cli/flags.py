@@ -103,7 +103,7 @@ _VALUES = (
     ("--fade", "SHARE", "Share of its limit over which a part fades."),
     ("--display-ppd", "N", "Seen by an eye, N pixels per degree."),
 )
-_VIEW_FLAGS = (
+_VIEW_FLAGS: tuple[Callable[[Command], Command], ...] = (
     click.argument("preset", shell_complete=complete_preset),
     *(value_option(name, metavar=metavar, help=about) for name, metavar, about in _VALUES),
     click.option(
@@ -132,7 +132,7 @@ _FILES = (
     ("--denoise", True, "Layers denoised.R/G/B beside the raw."),
     ("--cryptomatte", True, "Mattes of objects and species."),
 )
-_FILE_FLAGS = (
+_FILE_FLAGS: tuple[Callable[[Command], Command], ...] = (
     value_option("--compression", metavar="NAME", help="zip, zips, piz, rle or none."),
     *(click.option(name, flag_value=v, default=None, help=about) for name, v, about in _FILES),
 )
