@@ -12,9 +12,7 @@ from dataclasses import dataclass, field, replace
 from functools import cache, partial
 from typing import TYPE_CHECKING, Any, Literal
 
-import numpy as np
-
-from bench.records.claims import Claim, plain_number
+from bench.records.claims import Claim
 from bench.records.records import Point, where
 from lod.errors import InputError
 from scenes.presets.load import nearest_name
@@ -201,27 +199,3 @@ def topics_named(names: Sequence[str], key: str = "name") -> dict[str, list[str]
             mine = found.setdefault(experiment, [])
             mine += [each for each in topics if each not in mine]
     return found
-
-
-def point_table(points: Sequence[Point], most_columns: int = 12) -> Table:
-    """Write a row for each quantity of each point: its case, mean, deviation and prediction.
-
-    Columns that differ in their further keys alone are one quantity each while a point has no more
-    than ``most_columns``; the others are in the files beside the report.
-    """
-    heads: tuple[str, ...] = ("case", "quantity", "n", "mean", "standard deviation", "predicted")
-    rows: list[tuple[str, ...]] = []
-    for point in points:
-        case = ", ".join(f"{k} {_short(v)}" for k, v in point.case.items() if v is not None)
-        for each in point.samples[:most_columns]:
-            values = np.asarray(each.values, np.float64)
-            spread = f"{values.std(ddof=1):.4g}" if len(values) > 1 else "-"
-            found = [p.value for p in point.predicted if (p.quantity, p.keys) == each.name]
-            mean = f"{values.mean():.6g}" if len(values) else "-"
-            told = f"{found[0]:.6g}" if found else "-"
-            rows.append((case, each.label, f"{len(values)}", mean, spread, told))
-    return heads, rows
-
-
-def _short(value: object) -> str:
-    return plain_number(value) if isinstance(value, float) else str(value)

@@ -8,9 +8,8 @@ import hashlib
 import math
 import tempfile
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +17,6 @@ import numpy as np
 
 from bench.children import run_in_child
 from bench.records.records import Column, Point, columns
-from lod.air import CLEAR
 from lod.law import max_ground_distance
 from lod.pruner import prune
 from scenes.presets.load import load_preset
@@ -94,36 +92,24 @@ class Size:
 
 
 def preset_costs(overrides: list[str], variant: str, frames: int) -> dict[str, Any]:
-    """Build the world of ``meadow`` and time its frames, in microseconds and bytes.
-
-    cold   of the process, with the first frame, which compiles
-    warm   of each further frame
-    """
+    """Build the world of ``meadow`` and time its frames after the first, which compiles [µs]."""
     scene = Scene(load_preset("meadow", overrides))
     start = time.perf_counter()
     world = scene.world
-    cold = {"world": _us(time.perf_counter() - start), "world_bytes": peak_rss_bytes()}
-    warm = []
+    built, warm = _us(time.perf_counter() - start), []
     for frame in range(1, frames + 2):
         made = scene.input(frame, variant)
-        shot_bytes = peak_rss_bytes()
         layers = render_frame(made, frame)
         with tempfile.TemporaryDirectory() as folder:
             start = time.perf_counter()
             write_exr(Path(folder) / "frame.exr", layers, {})
             write = time.perf_counter() - start
-        stages = {**made.seconds, **layers.seconds, "write": write}
-        row = {name: _us(spent) for name, spent in stages.items()}
-        if frame == 1:
-            held = {"shoot_bytes": shot_bytes, "render_bytes": peak_rss_bytes()}
-            cold |= {"first_trace": row["trace"], **held}
-            continue
-        view = scene.view(frame)
-        row["tests"] = sum(prune(each, view).examined_parts for each in world.representations)
-        row["metric"] = _metric_us(row["tests"])
-        clear = render_frame(replace(made, air=CLEAR), frame)
-        warm.append(row | {"haze": row["trace"] - _us(clear.seconds["trace"])})
-    return {"cold": cold, "warm": warm, "statistics": layers.statistics}
+        if frame > 1:
+            stages = {**made.seconds, **layers.seconds, "write": write}
+            view = scene.view(frame)
+            tests = sum(prune(each, view).examined_parts for each in world.representations)
+            warm.append({k: _us(v) for k, v in stages.items()} | {"metric": _metric_us(tests)})
+    return {"world": built, "warm": warm}
 
 
 def _metric_us(tests: int) -> int:
@@ -137,18 +123,14 @@ def _metric_us(tests: int) -> int:
 
 
 def measure_process(number: int, variant: str, seed: int) -> list[Point]:
-    """Time the frames of a preset in a fresh process, and what comes before them."""
+    """Time the frames of a preset in a fresh process, and how long its world takes before them."""
     words = [*SETTINGS, f"seed={seed + number}"]
     found = run_in_child(preset_costs, words, variant, FRAMES, variant=variant).result
     rows = found["warm"]
-    stages = [name for name in rows[0] if name != "tests"]
-    times = (Column("us", [row[name] for row in rows], {"stage": name}) for name in stages)
-    tests = Column("tests", [row["tests"] for row in rows])
-    cold = columns({name: [value] for name, value in found["cold"].items()})
-    drawn = (Column("drawn", [n], {"what": what}) for what, n in found["statistics"].items())
+    times = (Column("us", [row[stage] for row in rows], {"stage": stage}) for stage in rows[0])
     return [
-        Point({"topic": "cost", "what": "frames"}, samples=(*times, tests)),
-        Point({"topic": "cost", "what": "processes"}, samples=(*cold, *drawn)),
+        Point({"topic": "cost", "what": "frames"}, samples=tuple(times)),
+        Point({"topic": "cost", "what": "processes"}, samples=columns({"world": [found["world"]]})),
     ]
 
 
@@ -199,39 +181,17 @@ def frame_digest(plain: dict[str, Any]) -> str:
     return sha.hexdigest()[:16]
 
 
-def frame_bytes(plain: dict[str, Any]) -> int:
-    """Sum the bytes of all arrays of a plain frame."""
-    arrays = [a for shape in plain["shapes"].values() for a in shape.values()]
-    arrays += [plain["ids"], *plain["owners"].values()]
-    return sum(a.nbytes for a in arrays if isinstance(a, np.ndarray))
-
-
-def interleaved_seconds(tasks: Sequence[Callable[[], Any]], repeats: int) -> list[list[float]]:
-    """Time every repeat of each task, the tasks taking turns, so that drift meets all of them.
-
-    Gives one list of ``repeats`` times for each task: seconds of processor time of this thread.
-    """
-    seconds: list[list[float]] = [[] for _ in tasks]
-    for _ in range(repeats):
-        for task, times in zip(tasks, seconds, strict=True):
-            start = time.thread_time()
-            task()
-            times.append(time.thread_time() - start)
-    return seconds
-
-
 def measure_worlds(repeats: int, seed: int) -> list[Point]:
     """Make the first frame of every world again and again, all in turns: counts, and times."""
     grid = [("blake", n) for n in WORLDS] + [("full", n) for n in UNPRUNED]
     density = load_preset(WORLD).species[SPECIES].density
-    points, tasks = [], []
+    points, scenes = [], []
     for metric, objects in grid:
         side = min(math.sqrt(objects / density), 1e15)
         keys = f"world.extent={side!r}", f"view.metric={metric}", f"seed={seed}"
         scene = Scene(load_preset(WORLD, ["render.size=96x54", *keys]))
         view, plain = scene.view(1), plain_frame(scene)  # compiles, and is not timed
         fields = scene.world.fields
-        cuts = [prune(each, view) for each in fields]
         limits = [
             max_ground_distance(each.prototypes.part_tables.hierarchies, view)
             for each in fields
@@ -245,16 +205,17 @@ def measure_worlds(repeats: int, seed: int) -> list[Point]:
             "limit_m": max(limits, default=0.0),
             "scene": frame_digest(plain),
         }
-        counts = {
-            "objects": [sum(cut.displayed_objects for cut in cuts)],
-            "parts": [sum(cut.displayed_parts for cut in cuts)],
-            "bytes": [frame_bytes(plain)],
-        }
-        points.append(Point(case_of, samples=columns(counts)))
-        tasks.append(partial(plain_frame, scene))
-    times = interleaved_seconds(tasks, repeats)
+        parts = sum(prune(each, view).displayed_parts for each in fields)
+        points.append(Point(case_of, samples=(Column("parts", [parts]),)))
+        scenes.append(scene)
+    times: list[list[int]] = [[] for _ in scenes]
+    for _ in range(repeats):  # in turns, so that drift meets all of them
+        for scene, row in zip(scenes, times, strict=True):
+            start = time.thread_time()
+            plain_frame(scene)
+            row.append(_us(time.thread_time() - start))
     return [
-        replace(point, samples=(*point.samples, Column("cpu_us", [round(1e6 * t) for t in row])))
+        replace(point, samples=(*point.samples, Column("cpu_us", row)))
         for point, row in zip(points, times, strict=True)
     ]
 

@@ -1,23 +1,16 @@
 """How many objects and parts does one frame examine and display, and what does the law predict?
 
-No renderer is needed. A workload is a preset at a version, as ``meadow@1``. The counts of its first
-frame are golden: where a preset, a species or pruning counts otherwise, it is another workload and
-takes the next version, so that a changed workload is never mistaken for a changed system. Run as a
-module, this file counts anew and gives changed workloads their next version.
+No renderer is needed.
 """
 
-import json
 import math
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, field, replace
-from pathlib import Path
-from typing import Any
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from lod.errors import InputError
 from lod.law import (
     CountMoments,
     count_moments,
@@ -30,8 +23,7 @@ from lod.law import (
 from lod.pruner import Cut, prune
 from lod.view import View
 from scenes.field.species_field import SpeciesField
-from scenes.presets.load import preset_names
-from scenes.scene import Scene, World
+from scenes.scene import World
 
 _NODES = 2**16
 """Nodes of the law's integral over the ground of one species: right to 0.05 % in the presets."""
@@ -215,84 +207,3 @@ def _flat(each: SpeciesField, view: View, ground: float) -> CountMoments:
         spread += count_variance(share, areas)
         levels += share * np.bincount(tree.level, weights=areas, minlength=len(levels))
     return CountMoments(objects, objects, parts, spread, tuple(levels.tolist()))
-
-
-_FILE = Path(__file__).with_name("workloads.json")
-
-
-@dataclass(frozen=True)
-class Workload:
-    """A preset at a version, with the counts of its first frame by the names of `golden_counts`."""
-
-    preset: str
-    version: int
-    counts: dict[str, Any]
-
-    @property
-    def name(self) -> str:
-        """Write preset and version as ``meadow@1``."""
-        return f"{self.preset}@{self.version}"
-
-    def mismatches(self, counts: Counts) -> list[str]:
-        """Write one line for each count that is not golden."""
-        found = golden_counts(counts)
-        return [
-            f"{name} {found[name]} instead of {wanted}"
-            for name, wanted in self.counts.items()
-            if found[name] != wanted
-        ]
-
-
-def workloads() -> dict[str, Workload]:
-    """Read every workload, at the version that this program makes, by the name of its preset."""
-    data = json.loads(_FILE.read_text(encoding="utf-8"))
-    return {each["preset"]: Workload(**each) for each in data}
-
-
-def workload_named(text: str) -> Workload | None:
-    """Find the workload that ``meadow@1`` names; None for a preset without a version.
-
-    Raises InputError for a version that this program does not make.
-    """
-    preset, at, version = text.partition("@")
-    if not at:
-        return None
-    known = workloads().get(preset)
-    if known is None or version != str(known.version):
-        made = ", ".join(each.name for each in workloads().values())
-        cure = "results of another version need the lodbench that made them"
-        raise InputError("PRESET", text, f"a workload that this version makes: {made}", cure)
-    return known
-
-
-def golden_counts(counts: Counts) -> dict[str, Any]:
-    """Give the whole numbers of a frame that must repeat exactly on any machine."""
-    return {
-        "objects": counts.objects.displayed,
-        "parts": counts.parts.displayed,
-        "parts_by_level": list(counts.by_level),
-        "terrain_tiles": counts.terrain_tiles,
-        "terrain_triangles": counts.terrain_triangles,
-        "parts_beside": sum(parts.displayed for _, parts in counts.others.values()),
-    }
-
-
-def first_frame_counts(preset: str) -> Counts:
-    """Count the first frame of a preset without any setting changed."""
-    scene = Scene(preset)
-    return count(scene.world, scene.view(1))
-
-
-def _renew_workloads() -> None:
-    old, new = workloads() if _FILE.exists() else {}, []
-    for preset, _ in preset_names():
-        before, found = old.get(preset), golden_counts(first_frame_counts(preset))
-        same = before is not None and before.counts == found
-        version = before.version + (not same) if before else 1
-        new.append(asdict(Workload(preset, version, found)))
-        print(f"{preset}@{version}{'' if same else ' is new'}")
-    _FILE.write_text(json.dumps(new, indent=1) + "\n", encoding="utf-8")
-
-
-if __name__ == "__main__":
-    _renew_workloads()

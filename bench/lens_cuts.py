@@ -99,7 +99,7 @@ def measure_lens_pictures(
         shown = tuple(display(each, prune(each, of), of) for each in scene.world.representations)
         quality = replace(frame_quality(scene.preset, variant), seed=own)
         frame = FrameInput(of.camera, shown, scene.air, scene.light, quality)
-        return look(frame, Looks(spp, 0), np.array((0.0, np.inf)), 0).pictures
+        return look(frame, Looks(spp, 0), np.array((0.0, np.inf)), 0).pictures[0]
 
     one, two = (seed + 2 * pair + k for k in (0, 1))
     reference, made = pictures(unpruned, two), []

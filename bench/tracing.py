@@ -13,20 +13,22 @@ from bench.experiment import Table
 from bench.records.claims import Claim, at_most, claim
 from bench.records.records import Point, Record, columns
 from bench.statistics.estimates import LEAST_REPEATS, two_sided_factor
-from bench.timing import noise_of_pair
 from lod.arrays import Reals
 from scenes.presets.load import load_preset
 from scenes.render.render import build_frame
 from scenes.render.variants import JIT_VARIANT
 from scenes.scene import Scene
 
+DARK = 1e-2
+"""The number added to the squared radiance by which noise is divided, ÷ its mean square."""
+
 
 def measure_tracing(preset: str, size: str, pairs: int, seed: int) -> Point:
     """Trace a frame of a preset in every way with pairs of independent seeds, in turns.
 
     Times are those of the processor on all cores [µs]: of the rays of a picture, and once of what
-    comes before; the floor has the first seed of each pair alone. Noise is as of ``noise_of_pair``
-    and light the mean radiance, both in millionths.
+    comes before; the floor has the first seed of each pair alone. Noise is the variance of
+    a pixel ÷ its squared light, and light the mean radiance, both in millionths.
     """
     begun = time.process_time()
     keys = f"render.size={size}", f"seed={seed}"
@@ -46,15 +48,16 @@ def measure_tracing(preset: str, size: str, pairs: int, seed: int) -> Point:
             if number < 2**20:
                 times.append(round(1e6 * seconds))
                 pictures[way].append(picture)
-    light = np.mean([pictures["ours"], pictures["mitsuba"]], axis=(0, 1))
+    squared = np.mean([pictures["ours"], pictures["mitsuba"]], axis=(0, 1)) ** 2
+    squared += DARK * squared.mean()
     samples = {"set_up_us": [round(1e6 * set_up_s)]}
     for way, times in spent.items():
         samples[f"{way}_us"] = [round(np.mean(each)) for each in np.reshape(times, (pairs, -1))]
         seen = pictures[way]
         if way == "floor":
             continue
-        noise = [noise_of_pair(*pair, light) for pair in zip(seen[::2], seen[1::2], strict=True)]
-        samples[f"{way}_noise_ppm"] = [round(1e6 * each) for each in noise]
+        noise = (np.subtract(seen[::2], seen[1::2]) ** 2 / 2 / squared).mean(axis=(1, 2))
+        samples[f"{way}_noise_ppm"] = np.rint(1e6 * noise).astype(int).tolist()
         samples[f"{way}_light_ppm"] = [round(1e6 * float(np.mean(each))) for each in seen]
     case = {"topic": "tracing", "preset": preset, "size": size}
     return Point(case, samples=columns(samples))

@@ -66,21 +66,6 @@ def threshold_rule(threshold_px: float) -> UpdateRule:
     return lambda moved: moved > threshold_px
 
 
-def budget_rule(budget: int) -> UpdateRule:
-    """Return the rule that updates at most ``budget`` parts, those displaced farthest.
-
-    Parts that are displaced equally far are taken in their order.
-    """
-
-    def rule(moved: Reals) -> Flags:
-        first = np.argsort(-moved, kind="stable")[:budget]
-        chosen = np.zeros(len(moved), bool)
-        chosen[first] = moved[first] > 0
-        return chosen
-
-    return rule
-
-
 def initial_state(now: TruePose) -> DrawnState:
     """Return the state of the first frame: every part is drawn at its true pose."""
     zero = np.zeros(len(now.refresh_due))

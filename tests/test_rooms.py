@@ -22,7 +22,6 @@ MAY_IMPORT = {"lod": {"lod"}, "scenes": {"scenes", "lod"}, "bench": {"bench", "s
 THEORY = {"numpy", "scipy", "numba", "colour", "drjit", "jaxtyping"}
 # Where the two names differ; pydantic tells its users to take some names from its core.
 DISTRIBUTION = {
-    "skimage": "scikit-image",
     "colour": "colour-science",
     "distributed": "dask",
     "mitsuba_oidn": "mitsuba-oidn",

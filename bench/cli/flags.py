@@ -9,7 +9,6 @@ import os
 import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from functools import reduce
 from importlib import resources
 from itertools import chain
@@ -20,6 +19,7 @@ import click
 from click.core import ParameterSource
 from click.shell_completion import CompletionItem
 
+from bench.cli.output import output
 from lod.errors import InputError
 from scenes.files import LAST_FRAME, checked_frames
 from scenes.presets.load import Setting, load_preset
@@ -90,27 +90,24 @@ def value_option(*names: str, **rest: Any) -> Callable[[Command], Command]:
     return click.option(*names, shell_complete=complete_value, **rest)
 
 
-_VIEW_FLAGS = (
+_VALUES = (
+    ("--size", "WxH", "Picture size in pixels."),
+    ("--seed", "N", "Seed of every random choice."),
+    ("--metric", "NAME", "Member of the metric family."),
+    ("--detail", "PX", "Detail threshold τ in pixels."),
+    ("--max-parts", "N", "Set --detail so that every frame displays N parts."),
+    ("--visibility", "LENGTH", "20km, 500m, or clear."),
+    ("--shutter", "DEGREES", "Shutter angle, 360 = a whole frame; 0 = no blur."),
+    ("--smear", "NAME", "Leave out what blur hides: shutter, window (eye), off."),
+    ("--fade", "SHARE", "Share of its limit over which a part fades."),
+    ("--display-ppd", "N", "Seen by an eye, N pixels per degree."),
+)
+_VIEW_FLAGS: tuple[Callable[[Command], Command], ...] = (
     click.argument("preset", shell_complete=complete_preset),
-    click.option("--size", metavar="WxH", help="Picture size in pixels."),
-    click.option("--seed", metavar="N", help="Seed of every random choice."),
-    value_option("--metric", metavar="NAME", help="Member of the metric family."),
-    click.option("--detail", metavar="PX", help="Detail threshold τ in pixels."),
-    click.option(
-        "--max-parts", metavar="N", help="Set --detail so that every frame displays N parts."
-    ),
-    click.option("--visibility", metavar="LENGTH", help="20km, 500m, or clear."),
-    click.option(
-        "--shutter", metavar="DEGREES", help="Shutter angle, 360 = a whole frame; 0 = no blur."
-    ),
-    value_option(
-        "--smear", metavar="NAME", help="Leave out what blur hides: shutter, window (eye), off."
-    ),
-    click.option("--fade", metavar="SHARE", help="Share of its limit over which a part fades."),
+    *(value_option(name, metavar=metavar, help=about) for name, metavar, about in _VALUES),
     click.option(
         "--haze-aware/--no-haze-aware", default=None, help="Leave out what the air hides."
     ),
-    click.option("--display-ppd", metavar="N", help="Seen by an eye, N pixels per degree."),
     click.option(
         "--density",
         multiple=True,
@@ -127,26 +124,17 @@ _VIEW_FLAGS = (
         "-D", "settings", multiple=True, metavar="KEY=VALUE", help="Any preset key, dotted."
     ),
 )
-_FILE_FLAGS = (
-    value_option("--compression", metavar="NAME", help="zip, zips, piz, rle or none."),
-    click.option(
-        "--multipart", is_flag=True, default=None, help="A part for each group of layers."
-    ),
-    click.option(
-        "--half", flag_value="half", default=None, help="Colour as half instead of float."
-    ),
-    click.option(
-        "--motion", is_flag=True, default=None, help="Layers motion.X/Y: px to the next frame."
-    ),
-    click.option(
-        "--denoise", is_flag=True, default=None, help="Layers denoised.R/G/B beside the raw."
-    ),
-    click.option(
-        "--cryptomatte", is_flag=True, default=None, help="Mattes of objects and species."
-    ),
+_FILES = (
+    ("--multipart", True, "A part for each group of layers."),
+    ("--half", "half", "Colour as half instead of float."),
+    ("--motion", True, "Layers motion.X/Y: px to the next frame."),
+    ("--denoise", True, "Layers denoised.R/G/B beside the raw."),
+    ("--cryptomatte", True, "Mattes of objects and species."),
 )
-
-
+_FILE_FLAGS: tuple[Callable[[Command], Command], ...] = (
+    value_option("--compression", metavar="NAME", help="zip, zips, piz, rle or none."),
+    *(click.option(name, flag_value=v, default=None, help=about) for name, v, about in _FILES),
+)
 _PICTURE_FLAGS = (
     click.option("--tone", default="filmic", metavar="NAME", help="filmic, reinhard or linear."),
     click.option("--view", default="colour", metavar="NAME", help="Of previews: colour or level."),
@@ -214,34 +202,28 @@ def _number(text: str) -> int | float | str:
     return text
 
 
-@dataclass(frozen=True)
-class Rule:
-    """Two flags, or keys of a preset, of which one excludes or needs the other, and why."""
-
-    one: str
-    other: str
-    why: str
-
-
 EXCLUDES = (
-    Rule("resume", "overwrite", "one keeps what is done, the other replaces it"),
-    Rule("view.detail", "view.max_parts", "a budget of parts chooses the detail"),
-    Rule("view.detail", "reference", "a reference is as fine as memory allows"),
-    Rule("view.max_parts", "reference", "a reference is as fine as memory allows"),
+    ("resume", "overwrite", "one keeps what is done, the other replaces it"),
+    ("view.detail", "view.max_parts", "a budget of parts chooses the detail"),
+    ("view.detail", "reference", "a reference is as fine as memory allows"),
+    ("view.max_parts", "reference", "a reference is as fine as memory allows"),
 )
 NEEDS = (
-    Rule("tone", "preview", "frames are linear, and only previews have a tone"),
-    Rule("view", "preview", "frames hold all layers, and only previews show one"),
-    Rule("exposure", "preview", "frames are linear, and only previews are exposed"),
+    ("tone", "preview", "frames are linear, and only previews have a tone"),
+    ("view", "preview", "frames hold all layers, and only previews show one"),
+    ("exposure", "preview", "frames are linear, and only previews are exposed"),
     *(
-        Rule(name, "words", "it is of a program that is called")
+        (name, "words", "it is of a program that is called")
         for name in ("pack", "settings", "repeats", "program", "who", "baseline", "diagnose")
     ),
-    Rule("cluster", "repair", "workers only repair; looking is done here"),
-    Rule("threads", "repair", "threads only repair; looking is done by one"),
-    Rule("max_memory", "repair", "only what is rendered again needs memory"),
+    ("cluster", "repair", "workers only repair; looking is done here"),
+    ("threads", "repair", "threads only repair; looking is done by one"),
+    ("max_memory", "repair", "only what is rendered again needs memory"),
 )
-"""A rule is for the commands that have both flags."""
+"""Two flags, or keys of a preset, of which one excludes or needs the other, and why.
+
+A rule is for the commands that have both flags.
+"""
 
 GROUPS = (
     ("What is seen", (*VIEW_KEYS, "density", "say", "settings")),
@@ -254,7 +236,22 @@ GROUPS = (
 
 
 class StrictCommand(click.Command):
-    """A command that refuses what is said twice, and flags that the table sets against another."""
+    """A command that refuses what is said twice, and flags that the table sets against another.
+
+    It has --json, which prints what ``json`` says, and is given ``out``, where its results go.
+    """
+
+    def __init__(self, *words: Any, json: str = "One JSON object on stdout.", **more: Any) -> None:
+        super().__init__(*words, **more)
+        if json:
+            self.params.append(click.Option(("--json", "as_json"), is_flag=True, help=json))
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Open the results of the command, and call it with them."""
+        if "as_json" not in ctx.params:
+            return super().invoke(ctx)
+        with output(ctx.params.pop("as_json")) as ctx.params["out"]:
+            return super().invoke(ctx)
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the flags in groups."""
@@ -285,15 +282,13 @@ def check_flags(ctx: click.Context, order: Sequence[click.Parameter]) -> None:
             raise InputError(told, "twice", "each key is said once", "leave one out")
         said[key] = source
     names = {FLAG_KEYS.get(each.name or "", each.name) for each in ctx.command.params}
-    for rule in EXCLUDES:
-        if rule.one in said and rule.other in said:
-            where = f"{said[rule.one]} {said[rule.other]}"
-            raise InputError(where, "both", rule.why, "leave one out")
-    for rule in NEEDS:
-        if rule.one in said and rule.other in names and rule.other not in said:
-            other = "--command" if rule.other == "words" else f"--{rule.other.replace('_', '-')}"
-            cure = f"add {other}, or leave it out"
-            raise InputError(said[rule.one], "alone", rule.why, cure)
+    for one, other, why in EXCLUDES:
+        if one in said and other in said:
+            raise InputError(f"{said[one]} {said[other]}", "both", why, "leave one out")
+    for one, other, why in NEEDS:
+        if one in said and other in names and other not in said:
+            flag = "--command" if other == "words" else f"--{other.replace('_', '-')}"
+            raise InputError(said[one], "alone", why, f"add {flag}, or leave it out")
 
 
 def _said_keys(ctx: click.Context, order: Sequence[click.Parameter]) -> Iterator[tuple[str, str]]:

@@ -155,7 +155,8 @@ _RISE_S = 10
 def bars_are_shown() -> bool:
     """Tell whether someone looks: stderr is a terminal, and the command prints no JSON."""
     command = click.get_current_context(silent=True)
-    return sys.stderr.isatty() and not (command and command.params.get("as_json"))
+    results = command and command.params.get("out")
+    return sys.stderr.isatty() and not (results and results.stream)
 
 
 class _Doing:
@@ -236,23 +237,30 @@ def progress_shown() -> Iterator[None]:
 
 
 @contextmanager
-def progress_bar(unit: str) -> Iterator[Progress]:
-    """Open a bar that counts units; away from a terminal and under --json it only notes them."""
-    if not bars_are_shown():
-        yield lambda done, total, what: _DOING.tell(what, done, total)
-        return
-    with _bar(None, unit) as bar:
-        _DOING.bar = bar
-
-        def show(done: int, total: int, what: str) -> None:
-            bar.total = total
-            bar.n = done
-            bar.set_description_str(f"{what} ")  # at once: what comes next may take long
-
+def _shown_bar(total: float | None, unit: str) -> Iterator[Any]:
+    """Open a bar, which is disabled away from a terminal and under --json."""
+    shown = bars_are_shown()
+    with _bar(total, unit, disable=not shown) as bar:
+        _DOING.bar = bar if shown else None
         try:
-            yield show
+            yield bar
         finally:
             _DOING.bar = None
+
+
+@contextmanager
+def progress_bar(unit: str) -> Iterator[Progress]:
+    """Open a bar that counts units; away from a terminal and under --json it only notes them."""
+    with _shown_bar(None, unit) as bar:
+
+        def show(done: int, total: int, what: str) -> None:
+            if bar.disable:
+                _DOING.tell(what, done, total)
+                return
+            bar.total, bar.n = total, done
+            bar.set_description_str(f"{what} ")  # at once: what comes next may take long
+
+        yield show
 
 
 def tell_first_run() -> None:
@@ -314,13 +322,8 @@ class FrameProgress:
 @contextmanager
 def frame_progress(frames: int) -> Iterator[FrameProgress]:
     """Open a bar for so many frames, which is shown as ``progress_bar`` shows its own."""
-    shown = bars_are_shown()
-    with _bar(frames, "frames", disable=not shown) as bar:
-        _DOING.bar = bar if shown else None
-        try:
-            yield FrameProgress(bar)
-        finally:
-            _DOING.bar = None
+    with _shown_bar(frames, "frames") as bar:
+        yield FrameProgress(bar)
 
 
 def duration_text(seconds: float) -> str:

@@ -4,15 +4,12 @@
 one pixel: every process is fresh, its first frame compiles, and times are by the clock, on all
 cores. ``world`` times the first frame of worlds of 10³ to 10¹⁵ objects, up to plain arrays, all in
 turns, in CPU seconds of one thread; unpruned, every object of a finite window is displayed, up to a
-stated number of parts. ``memory`` holds the memory model against fresh processes, ``speed`` the
-compiled walks against the bytes that must move, ``start`` commands from the shell against the
-imports that they need, ``variants`` scalar code against LLVM's, ``tracing`` our integrator against
-Mitsuba's and against intersections alone, and ``settings`` the way that frames are sampled against
-others, by noise times processor's time.
+stated number of parts. ``start`` holds commands from the shell against the imports that they need,
+``variants`` scalar code against LLVM's, and ``tracing`` our integrator against Mitsuba's and
+against intersections alone.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -20,7 +17,6 @@ import numpy as np
 from bench.children import run_in_child
 from bench.experiment import Case, Experiment, Table, Topic
 from bench.frame_costs import WORLD, Size, measure_process, measure_worlds, window_costs
-from bench.frame_memory import GROWTH, HELD, measure_memory, memory_claims
 from bench.images.differences import errors, flips
 from bench.images.equal_error import EQUAL_ERROR
 from bench.plots import SIDE, Curve, Panel, Plot, curves, estimated, figure, number_text
@@ -31,24 +27,15 @@ from bench.statistics.estimates import (
     LEAST_REPEATS,
     Estimate,
     exactly,
+    fit_exponent,
     one_sided_mean,
     two_sided_factor,
     two_sided_median,
 )
-from bench.statistics.fits import fit_exponent
-from bench.timing import (
-    measure_command,
-    measure_sampling,
-    measure_walks,
-    settings_tables,
-    speed_tables,
-    start_claims,
-    start_tables,
-    variants_claims,
-)
+from bench.timing import measure_command, start_claims, start_tables, variants_claims
 from bench.tracing import measure_tracing, tracing_claims, tracing_tables
 from lod.arrays import Reals
-from scenes.render.variants import JIT_VARIANT, SCALAR_VARIANT, choose, works
+from scenes.render.variants import JIT_VARIANT, SCALAR_VARIANT, choose
 
 
 def _measure_size(case: Size, seed: int) -> list[Point]:
@@ -328,11 +315,6 @@ def _cost_cases(
     ]
 
 
-def _memory_cases(scenes: int, frames: int) -> list[Case]:
-    here = [each for each in HELD if works(each.variant) is True]
-    return [partial(measure_memory, e) for e in (*here[:scenes], replace(GROWTH, frames=frames))]
-
-
 def _start_cases(presets: Sequence[str], warm: int, cold: int) -> list[Case]:
     return [
         partial(measure_command, ("count", "meadow"), warm, cold, ()),
@@ -393,24 +375,6 @@ EXPERIMENT = Experiment(
             quick={"repeats": 8},
             seconds=(120.0, 40.0),
         ),
-        "memory": Topic(
-            about="memory of frames in fresh processes, against what the memory model estimates",
-            cases=_memory_cases,
-            claims=memory_claims,
-            full={"scenes": len(HELD), "frames": 200},
-            quick={"scenes": 1, "frames": 20},
-            seconds=(600.0, 60.0),
-            apart=True,
-        ),
-        "speed": Topic(
-            about="part tests, objects and sticks a second, against the memory's bandwidth",
-            cases=lambda size, repeats: [partial(measure_walks, size, repeats)],
-            tables=speed_tables,
-            full={"size": "1280x720", "repeats": 11},
-            quick={"size": "320x180", "repeats": 8},
-            seconds=(120.0, 40.0),
-            apart=True,
-        ),
         "start": Topic(
             about="seconds from the shell to an answer, against imports and the rays of a frame",
             cases=_start_cases,
@@ -447,17 +411,6 @@ EXPERIMENT = Experiment(
             },
             quick={"presets": ["crowd"], "sizes": ["64x36"], "pairs": 2},
             seconds=(5400.0, 30.0),
-            apart=True,
-        ),
-        "settings": Topic(
-            about="noise times rendering time of other samplers, sun weights and path depths",
-            cases=lambda presets, size, pairs: [
-                partial(measure_sampling, preset, size, pairs) for preset in presets
-            ],
-            tables=settings_tables,
-            full={"presets": ["meadow", "crowd", "forest"], "size": "160x90", "pairs": 8},
-            quick={"presets": ["crowd"], "size": "64x36", "pairs": 2},
-            seconds=(1500.0, 60.0),
             apart=True,
         ),
     },

@@ -1,9 +1,9 @@
-"""How many parts of what moves need drawing again in a frame, and who of those who act may wait?
+"""How many parts of what moves need drawing again in a frame?
 
 ``updates`` schedules one frame of every field by each rule, from the window of earlier frames on
 which it depends (``lod.update_schedule``): a crowd of walkers among trees in the wind, from a
 camera that stands, walks, turns and flies. Then a small frame is rendered with a schedule and
-without, in turns. ``acting`` measures actors (``bench.acting``). (§2)
+without, in turns. (§2)
 """
 
 import math
@@ -13,34 +13,25 @@ from functools import partial
 
 import numpy as np
 
-from bench.acting import (
-    FPS,
-    measure_clearance,
-    measure_feet,
-    measure_meetings,
-    measure_updating,
-    measure_waiting,
-)
-from bench.experiment import Case, Experiment, Topic
+from bench.experiment import Experiment, Topic
 from bench.images.differences import PIXELS_PER_DEGREE
 from bench.plots import Curve, Plot, curves
-from bench.records.claims import EXACT, UNREPLICATED, Claim, at_least, at_most, claim
-from bench.records.records import Column, Key, Point, Record, columns, where
+from bench.records.claims import EXACT, Claim, at_most, claim
+from bench.records.records import Column, Point, Record, columns, where
 from bench.statistics.estimates import Estimate, exactly, two_sided_paired_ratio, two_sided_share
 from lod.arrays import Reals
 from lod.motion import critical_hz
 from lod.pruner import prune
 from lod.update_schedule import (
     WINDOW,
+    DrawnState,
     TruePose,
-    budget_rule,
     displacement_px,
     initial_state,
     replay,
     replay_frames,
     threshold_rule,
 )
-from scenes.actors.behaviours import BODY_M
 from scenes.frame.frame_input import DisplayedRepresentation, display
 from scenes.presets.load import load_preset
 from scenes.render.render import render_frame
@@ -49,11 +40,9 @@ from scenes.scene import Scene, is_scheduled
 
 # Cases and what is measured of them.
 
+FPS = 24
 FRAME = WINDOW + 8
 THRESHOLDS = (0.25, 0.5, 1.0)
-BUDGET = 0.1
-"""The share of the parts that the rule of a budget draws anew."""
-
 SPEEDS = (0.0, *(2.0**k for k in range(-6, 4)))
 """The edges of the classes of a part's own speed on the image [px a frame]."""
 
@@ -110,57 +99,35 @@ def _measure_times(rounds: int, variant: str, seed: int) -> Point:
     return Point({"topic": "updates", "what": "time", "move": "rest"}, samples=tuple(times))
 
 
-def _acting_cases(
-    frames: int,
-    crowd: int,
-    crowds: int,
-    people: int,
-    feet_seconds: Sequence[float],
-    clear_seconds: Sequence[float],
-) -> list[Case]:
-    waiting = partial(partial, measure_waiting, frames, crowd)
-    several = [waiting(), waiting(threshold=1.0), waiting(threshold=2.0)]
-    several += [waiting(density=0.02), waiting(density=0.08)]
-    several += [waiting(questions=20), waiting(questions=100)]
-    several += [partial(measure_waiting, frames, 10 * crowd)]
-    several += [waiting(threshold=px, waving=True) for px in (0.5, 2.0)]
-    return [
-        *several[:crowds],
-        partial(measure_updating, frames, people, 200.0, False),
-        partial(measure_updating, frames // 4, people, 40.0, True),
-        *(partial(measure_feet, people, seconds, False) for seconds in feet_seconds),
-        partial(measure_feet, people, feet_seconds[0], True),
-        *(partial(measure_clearance, people, 40.0, seconds) for seconds in clear_seconds),
-        partial(measure_meetings, "playground", frames),
-    ]
-
-
 def counted(scene: Scene) -> tuple[Column, ...]:
     """Count the parts that could move, those redrawn, and the farthest that a part is off.
 
-    The farthest is in px/1000, by every rule. Counts are also given by class of speed.
+    The farthest is in px/1000, by every threshold. Counts are also given by class of speed.
     """
-    shown, numbers = _movers(scene, FRAME), replay_frames(FRAME)
-    made = [scene.poses(numbers, each) for each in shown]
-    frames = [_together(each) for each in zip(*made, strict=True)]
-    last, parts = frames[-1], len(frames[-1].refresh_due)
     rules = {f"{t:g} px": threshold_rule(t) for t in THRESHOLDS}
-    rules["budget"] = budget_rule(round(BUDGET * parts))
-    states = dict(zip(rules, replay(iter(frames), list(rules.values())), strict=True))
-    (before,) = replay(iter(frames[-2:-1]), [threshold_rule(0.0)])
-    kind = np.searchsorted(SPEEDS, displacement_px(before, last), "right") - 1
-    found = [Column("parts", [parts])]
-    for rule, state in states.items():
-        farthest = math.ceil(1000 * float(state.error_px.max(initial=0)))
-        counts = {"redrawn": [int(state.updated.sum())], "off_mpx": [farthest]}
+    states: dict[str, list[DrawnState]] = {rule: [] for rule in rules}
+    moved = []
+    for each in _movers(scene, FRAME):
+        frames = list(scene.poses(replay_frames(FRAME), each))
+        for rule, state in zip(rules, replay(iter(frames), list(rules.values())), strict=True):
+            states[rule].append(state)
+        (before,) = replay(iter(frames[-2:-1]), [threshold_rule(0.0)])
+        moved.append(displacement_px(before, frames[-1]))
+    kind = np.searchsorted(SPEEDS, np.concatenate(moved), "right") - 1
+    found = [Column("parts", [len(kind)])]
+    found += (Column("parts", [int((kind == k).sum())], {"speed_from": s}) for k, s in _CLASSES)
+    for rule, several in states.items():
+        updated = np.concatenate([each.updated for each in several])
+        off = max(float(each.error_px.max(initial=0)) for each in several)
+        counts = {"redrawn": [int(updated.sum())], "off_mpx": [math.ceil(1000 * off)]}
         found += columns(counts, rule=rule)
-    for k, low in enumerate(SPEEDS):
-        mine = kind == k
-        found.append(Column("parts", [int(mine.sum())], {"speed_from": low}))
-        for rule, state in states.items():
-            keys: dict[str, Key] = {"rule": rule, "speed_from": low}
-            found.append(Column("redrawn", [int(state.updated[mine].sum())], keys))
+        for k, speed in _CLASSES:
+            again = [int(updated[kind == k].sum())]
+            found.append(Column("redrawn", again, {"rule": rule, "speed_from": speed}))
     return tuple(found)
+
+
+_CLASSES = tuple(enumerate(SPEEDS))
 
 
 def _movers(scene: Scene, frame: int) -> list[DisplayedRepresentation]:
@@ -169,30 +136,14 @@ def _movers(scene: Scene, frame: int) -> list[DisplayedRepresentation]:
     return [each for each in shown if is_scheduled(each, scene.time_s(frame + 1))]
 
 
-def _together(several: Sequence[TruePose]) -> TruePose:
-    """Join the poses of several representations at one moment: a budget is for all of them."""
-    first = np.cumsum([0] + [len(each.refresh_due) for each in several])[:-1]
-    owners = [each.owner + row for each, row in zip(several, first.tolist(), strict=True)]
-    return TruePose(
-        start=np.concatenate([each.start for each in several]),
-        end=np.concatenate([each.end for each in several]),
-        owner=np.concatenate(owners),
-        refresh_due=np.concatenate([each.refresh_due for each in several]),
-        eye=several[0].eye,
-        theta=several[0].theta,
-    )
-
-
 def _stage_seconds(scene: Scene, frame: int, variant: str) -> dict[str, float]:
-    """Time a frame, all that precedes rendering, posing what may stay, and comparing it [s]."""
+    """Time a frame, posing what may stay, and comparing it [s]."""
 
     def posed(number: int) -> list[TruePose]:
         return [pose for each in shown for pose in scene.poses((number,), each)]
 
     clock = [time.process_time()]
-    made = scene.input(frame, variant)
-    clock.append(time.process_time())
-    render_frame(made, frame)
+    render_frame(scene.input(frame, variant), frame)
     clock.append(time.process_time())
     shown = _movers(scene, frame)
     drawn = [initial_state(each) for each in posed(frame - 1)]
@@ -202,17 +153,13 @@ def _stage_seconds(scene: Scene, frame: int, variant: str) -> dict[str, float]:
     for before, after in zip(drawn, now, strict=True):
         displacement_px(before, after)
     clock.append(time.process_time())
-    shot, rendered, _, posing, deciding = np.diff(clock).tolist()
-    stages = {"before rendering": shot, "posing": posing, "deciding": deciding}
-    return {"frame": shot + rendered, **stages}
+    rendered, _, posing, deciding = np.diff(clock).tolist()
+    return {"frame": rendered, "posing": posing, "deciding": deciding}
 
 
 # Claims, from raw points alone.
 
 _claim = partial(claim, source="derived: docs/method.md")
-
-AIM_TIMES, AIM_PX = 3.0, 0.5
-"""How many times fewer seconds are aimed at, and at which error, its 99.9th percentile."""
 
 
 def _update_claims(points: Sequence[Point]) -> Iterator[Claim]:
@@ -242,18 +189,6 @@ def _update_claims(points: Sequence[Point]) -> Iterator[Claim]:
             yield _claim(estimand, at_most(most), at, found, unit="frame")
 
 
-def _acting_claims(points: Sequence[Point]) -> Iterator[Claim]:
-    for point in where(points, what="waiting"):
-        yield from _waiting_claims(point)
-    for point in (*where(points, what="clearance"), *where(points, what="meetings")):
-        case = point.case
-        told = {"scene": case.get("preset", "people in a square"), "seconds": case["seconds"]}
-        nearest = point.column("nearest_mm")
-        found = exactly(min(nearest) / 1000, len(nearest))
-        estimand, apart = "least distance of two actors [m]", at_least(2 * BODY_M)
-        yield _claim(estimand, apart, told, found, unit=EXACT)
-
-
 def redrawn(point: Point, rule: str) -> Estimate:
     """Estimate the share of the parts that a frame draws again by a rule."""
     return two_sided_share(point.values("redrawn", rule=rule), point.values("parts"))
@@ -267,29 +202,6 @@ def off_px(point: Point, rule: str) -> float:
 def cpu_us(point: Point, way: str, stage: str = "frame") -> Reals:
     """Return the CPU time of a stage of every frame that is drawn in a way [µs]."""
     return point.values("cpu_us", way=way, stage=stage)
-
-
-def _waiting_claims(point: Point) -> Iterator[Claim]:
-    case = point.case
-    told = {
-        "actors": case["actors"],
-        "actors a m²": case["density"],
-        "questions": case["questions"],
-        "τ": f"{case['threshold']:g} px",
-        "waving": "waving" if case["waving"] else "not waving",
-    }
-    every, some = (point.values("cpu_us", way=way) for way in ("all", "scheduled"))
-    if len(every) > 1:
-        found, unit = two_sided_paired_ratio(every, some), "frame"
-    else:
-        found, unit = exactly(float(every[0] / some[0])), UNREPLICATED
-    times = "CPU time of acting, all updated ÷ updated by threshold"
-    aimed = partial(claim, source="aim")
-    yield aimed(times, at_least(AIM_TIMES), told, found, unit=unit)
-    for error in ("at once", "in time"):
-        off = exactly(point.column("off_mpx", error=error, statistic="p99.9")[0] / 1000)
-        estimand = f"99.9th percentile of the distance of parts from actors updated {error} [px]"
-        yield aimed(estimand, at_most(AIM_PX), told, off, unit=UNREPLICATED)
 
 
 # Plots.
@@ -346,29 +258,6 @@ EXPERIMENT = Experiment(
             quick={"fields": 3, "rounds": 3},
             seconds=(140.0, 90.0),
         ),
-        "acting": Topic(
-            about="what actors cost, what it saves that some wait, and who meets",
-            cases=_acting_cases,
-            claims=_acting_claims,
-            full={
-                "frames": 96,
-                "crowd": 1000,
-                "crowds": 10,
-                "people": 200,
-                "feet_seconds": [4.0, 60.0],
-                "clear_seconds": [60.0, 600.0],
-            },
-            quick={
-                "frames": 12,
-                "crowd": 60,
-                "crowds": 2,
-                "people": 20,
-                "feet_seconds": [1.0],
-                "clear_seconds": [1.0],
-            },
-            seconds=(1200.0, 60.0),
-            apart=True,
-        ),
     },
     rendered=True,
     caveats=(
@@ -376,7 +265,6 @@ EXPERIMENT = Experiment(
         "with the picture.",
         "Every frame is scheduled by itself, so that frames may come in any order: nothing of a "
         "frame is kept in memory for the next, and time can only be lost.",
-        "Actors: seconds of the processor without pruner and renderer, both ways in turns.",
     ),
     order=160,
 )

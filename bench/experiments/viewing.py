@@ -33,7 +33,7 @@ from bench.lens_cuts import (
     measure_lens_parts,
     measure_lens_pictures,
 )
-from bench.motion_cuts import FAST, PICTURED, SHOWN_SPP, measure_field, measure_pictures
+from bench.motion_cuts import FAST, measure_field, measure_pictures
 from bench.part_sizes import (
     BOUNDS_M,
     COARSE_M,
@@ -175,16 +175,11 @@ def measure_eye(species: str, ppd: float, fields: int, seed: int) -> Point:
 # Motion and lens.
 
 
-def _motion_cases(fields: int, samples_per_pixel: int, pictured: int) -> list[Case]:
-    variant, most = choose(), samples_per_pixel
+def _motion_cases(fields: int, samples_per_pixel: int) -> list[Case]:
+    rest = choose(), samples_per_pixel
     return [
         *(partial(measure_field, number) for number in range(fields)),
-        *(
-            partial(measure_pictures, move, pair, cuts, variant, spp)
-            for move, cuts in PICTURED[:pictured]
-            for spp in [most if move == FAST else min(most, SHOWN_SPP)]
-            for pair in range(LEAST_PAIRS)
-        ),
+        *(partial(measure_pictures, pair, *rest) for pair in range(LEAST_PAIRS)),
     ]
 
 
@@ -430,8 +425,8 @@ EXPERIMENT = Experiment(
             cases=_motion_cases,
             claims=_motion_claims,
             plots=_motion_plots,
-            full={"fields": 12, "samples_per_pixel": 576, "pictured": 5},
-            quick={"fields": 4, "samples_per_pixel": 32, "pictured": 1},
+            full={"fields": 12, "samples_per_pixel": 576},
+            quick={"fields": 4, "samples_per_pixel": 32},
             seconds=(270.0, 180.0),
         ),
         "defocus": Topic(

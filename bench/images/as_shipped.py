@@ -6,7 +6,6 @@ at its own detail, gives the ceiling. Fields, and the dust of those who walk the
 what is placed one by one stays.
 """
 
-import gc
 import hashlib
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -19,14 +18,13 @@ from scipy.ndimage import gaussian_filter
 
 from bench.experiment import Case
 from bench.images.differences import (
-    LIGHT,
     REFERENCE,
     TESTED,
-    LandLight,
     Looks,
     Radiance,
+    Seen,
     flips,
-    sum_land,
+    look,
     sums_by_band,
 )
 from bench.records.records import Column, Point, columns
@@ -35,7 +33,6 @@ from scenes.frame.frame_input import SKY_Z, FrameInput
 from scenes.presets.load import load_preset
 from scenes.presets.schema import Preset
 from scenes.render.budget import reference_preset
-from scenes.render.render import build_frame, trace
 from scenes.render.variants import choose
 from scenes.scene import Scene, World
 from scenes.sticks.prototype import LUMINANCE
@@ -140,44 +137,6 @@ def redrawn(world: World) -> World:
     return replace(world, fields=tuple(fields.values()), dust=dust)
 
 
-@dataclass(frozen=True)
-class Seen:
-    """What is seen of a scene.
-
-    pictures    of each count of samples, of the first samples and of others
-    land, things   light of all land by band, and of what stands on it
-    Z (h, w)    distance [m]
-    sticks, triangles   how many the scene has
-    """
-
-    pictures: tuple[tuple[Radiance, ...], ...]
-    land: LandLight
-    things: LandLight
-    Z: np.ndarray
-    sticks: int
-    triangles: int
-
-
-def look(frame_input: FrameInput, looks: Looks, edges_m: np.ndarray, firsts: Sequence[int]) -> Seen:
-    """Build a frame's scene once and take its pictures, from the samples ``firsts`` on each."""
-    gc.collect()  # a scene that was built before is large
-    stage, quality = build_frame(frame_input), frame_input.quality
-    tiles = int(frame_input.displayed[0].cut.object.max()) + 1  # the ground is the first
-    made = [
-        [trace(stage, replace(quality, spp=spp), first + k) for k, spp in enumerate(looks.samples)]
-        for first in firsts
-    ]
-    passes = [
-        (each.rgb, each.Z, np.where(each.object > tiles, each.Z, SKY_Z))
-        for k in range(looks.light_passes)
-        for each in [trace(stage, replace(quality, spp=1), LIGHT + k)]
-    ]
-    land, things = (sum_land(((each[0], each[n]) for each in passes), edges_m) for n in (1, 2))
-    counts = made[0][0].statistics
-    pictures = tuple(tuple(each.rgb.astype(np.float64) for each in row) for row in made)
-    return Seen(pictures, land, things, made[0][0].Z, counts["sticks"], counts["triangles"])
-
-
 def cases(
     presets: Mapping[str, int],
     size: str | None,
@@ -206,7 +165,7 @@ def measure(place: Place, looks: Looks, variant: str, reference_bytes: int, seed
 
     def seen(frame_input: FrameInput, *firsts: int) -> Seen:
         quality = replace(frame_input.quality, seed=seed, spp=max(looks.samples))
-        return look(replace(frame_input, quality=quality), looks, edges_m, firsts)
+        return look(replace(frame_input, quality=quality), looks, edges_m, *firsts)
 
     whole = seen(fine.input(place.frame, variant), REFERENCE, TESTED)
     tested = seen(shipped(scene, place.frame, variant), TESTED)

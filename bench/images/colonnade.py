@@ -11,7 +11,6 @@ angle that each subtends at the eye.
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from functools import lru_cache, partial
 
 import numpy as np
@@ -44,12 +43,8 @@ FINEST = 1e-9
 Picture = Float64[np.ndarray, "height width"]
 
 
-@dataclass(frozen=True)
-class Shot:
-    """One way to prune: a member of the metric family and its detail threshold τ [px]."""
-
-    metric: str
-    detail: float
+Shot = tuple[str, float]
+"""One way to prune: a member of the metric family and its detail threshold τ [px]."""
 
 
 @lru_cache(maxsize=1)
@@ -79,7 +74,7 @@ def camera() -> Camera:
 
 def cut(shot: Shot) -> tuple[list[DisplayedRepresentation], list[int]]:
     """Prune the columns and the ground: what is displayed, and how many parts each column shows."""
-    view = View(camera(), metric_by_name(shot.metric), shot.detail)
+    view = View(camera(), metric_by_name(shot[0]), shot[1])
     made, parts = [], []
     everything: tuple[Representation, ...] = (*colonnade(), _ground())
     for each in everything:
@@ -112,10 +107,7 @@ def image_width(x: float) -> float:
     return math.tan(towards + half) - math.tan(towards - half)
 
 
-SHOTS = (
-    *(Shot("blake", detail) for detail in (3.0, 8.0)),
-    *(Shot("depth", detail) for detail in (3.0, 8.0, 12.0)),
-)
+SHOTS = ("blake", 3.0), ("blake", 8.0), ("depth", 3.0), ("depth", 8.0), ("depth", 12.0)
 """Both metrics at 3 px and at 8 px, and depth with about as many parts as blake at 8 px."""
 
 _SPP = 16
@@ -136,7 +128,7 @@ def _measure_parts(seed: int) -> list[Point]:
 
 def _measure_errors(number: int, variant: str, seed: int) -> list[Point]:
     quality = Quality(variant, _SPP, seed + number, 4)
-    whole, owner = picture(Shot("blake", FINEST), quality)
+    whole, owner = picture(("blake", FINEST), quality)
     seen, points = sizes(owner), []
     for shot in SHOTS:
         wrong = errors(picture(shot, quality)[0], whole, owner)
@@ -149,7 +141,7 @@ def _measure_errors(number: int, variant: str, seed: int) -> list[Point]:
 
 def _named(shot: Shot, column: int) -> dict[str, object]:
     place = {"column": column, "aside": places()[column]}
-    return {"topic": "colonnade", "metric": shot.metric, "detail": shot.detail, **place}
+    return {"topic": "colonnade", "metric": shot[0], "detail": shot[1], **place}
 
 
 def sizes(owner: np.ndarray) -> dict[str, list[int]]:
@@ -183,9 +175,9 @@ MIDDLE, OUTER = COUNT // 2, (0, COUNT - 1)
 """Numbers of the middle column, and of both ends."""
 
 
-def columns_of(points: Sequence[Point], which: tuple[str, float]) -> list[Point]:
-    """Return the points of the columns of one cut, by metric and detail, from left to right."""
-    return where(points, metric=which[0], detail=which[1])
+def columns_of(points: Sequence[Point], shot: Shot) -> list[Point]:
+    """Return the points of the columns of one cut, from left to right."""
+    return where(points, metric=shot[0], detail=shot[1])
 
 
 def over_middle(row: Sequence[Point], name: str) -> Estimate:

@@ -17,10 +17,8 @@ Mean luminance in bands of distance is compared with that of the unpruned scene:
 pixel and to twelve, with and without the far cover, which leaves on the land the colour of what
 lies beyond the limit. Every field is another seed, and each picture's bands are by its own
 distances. In the preset's air the land's own share of the light is summed as well: light in clear
-air times the air's transmittance, ray by ray. Light along the rays that have the band in the whole
-picture is noted and not judged: a tree that is pruned has its gaps elsewhere, so some of these rays
-meet the sky (in ``forest`` it is 7 times as bright as trees), and rays of the sky that now meet the
-tree are in no band.
+air times the air's transmittance, ray by ray. A tree that is pruned has its gaps elsewhere: along
+the rays that have a band in the whole picture some would meet the sky.
 """
 
 import math
@@ -198,9 +196,6 @@ def _visible(each: Representation, view: View) -> DisplayedRepresentation:
     return display(each, prune(each, view), view)
 
 
-SAME_RAYS = "pruned, along the rays of the whole"
-"""The name of the pruned picture along the rays that have the band in the whole picture."""
-
 PRUNED_AND_WHOLE = "pruned", "whole"
 """The names of both pictures."""
 
@@ -280,33 +275,16 @@ def land_light(clear: Layers, air: Air) -> np.ndarray:
 
 
 def in_bands(tested: Seen, unpruned: Seen, edges_m: tuple[float, ...]) -> Bands:
-    """Sum luminance [10⁻⁶] and rays in each band, of both pictures, each by its own distances.
-
-    Of the tested picture there are also sums along the rays that have the band in the unpruned one.
-    """
-    both = {"pruned": tested, "whole": unpruned}
+    """Sum luminance [10⁻⁶] and rays in each band, of both pictures, each by its own distances."""
     found: list[Column] = []
-    rows = {
-        name: np.digitize(each.layers.Z.astype(np.float64), edges_m) - 1
-        for name, each in both.items()
-    }
-    light = {k: each.layers.rgb.astype(np.float64) @ LUMINANCE for k, each in both.items()}
-    for band in range(len(edges_m) - 1):
-        for name, each in both.items():
-            here = rows[name] == band
-            sums = {
-                "light": _micro(light[name][here]),
-                "land": _micro(each.land[here]),
-                "rays": int(here.sum()),
-            }
-            found += columns({k: [v] for k, v in sums.items()}, picture=name, band=band)
-        same = _micro(light["pruned"][rows["whole"] == band])
-        found += columns({"light": [same]}, picture=SAME_RAYS, band=band)
+    for name, each in zip(PRUNED_AND_WHOLE, (tested, unpruned), strict=True):
+        row = np.digitize(each.layers.Z.astype(np.float64), edges_m) - 1
+        lit = {"light": each.layers.rgb.astype(np.float64) @ LUMINANCE, "land": each.land}
+        for band in range(len(edges_m) - 1):
+            here = row == band
+            sums = {k: [round(1e6 * float(v[here].sum()))] for k, v in lit.items()}
+            found += columns(sums | {"rays": [int(here.sum())]}, picture=name, band=band)
     return tuple(found)
-
-
-def _micro(light: np.ndarray) -> int:
-    return round(1e6 * float(light.sum()))
 
 
 def tone(point: Point, band: int, light: str = "light") -> Estimate:

@@ -2,7 +2,7 @@
 
 FLIP (Andersson et al., "FLIP: A Difference Evaluator for Alternating Images", HPG 2020) is what is
 perceived when two pictures are flipped between, 0 to 1 a pixel; here its mean over the picture.
-Pictures are linear radiance, and FLIP and SSIM compare them as displayed: at one exposure for a
+Pictures are linear radiance, and FLIP compares them as they are displayed: at one exposure for a
 view, that of its reference, through the curve of ``scenes.render.pictures``, not rounded to 8 bits.
 Two noisy renders of one scene differ too, and noise is taken away in one of two ways.
 
@@ -20,8 +20,10 @@ The land's luminance is summed over rays, each of which is of one place alone: p
 sample a pixel have a distance for every ray, and no pixel is half land and half sky.
 """
 
+import gc
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from jaxtyping import Float, Float64, Int64
@@ -29,11 +31,11 @@ from jaxtyping import Float, Float64, Int64
 from bench.records.records import Column, Key, Point, columns
 from bench.statistics.estimates import (
     Estimate,
+    noise_free,
     one_sided_mean,
     two_sided_paired_ratio,
     two_sided_ratio_of_means,
 )
-from bench.statistics.fits import noise_free
 from lod.arrays import Reals, freeze
 from lod.errors import InputError
 from scenes.frame.frame_input import SKY_Z, FrameInput, Layers
@@ -127,14 +129,15 @@ class LandLight:
 class Seen:
     """What is seen of one scene.
 
-    pictures  linear radiance, one of every count of samples
-    land      the light of the land by bands of distance
-    Z         (h, w) distance of what each pixel shows [m], in the last picture
+    pictures  linear radiance, one of every count of samples, for each of the first samples
+    land, things   light of all land by bands of distance, and of what stands on it
+    Z         (h, w) distance of what each pixel shows [m], in the last picture of the first row
     sticks, triangles   how many the scene has
     """
 
-    pictures: tuple[Radiance, ...]
+    pictures: tuple[tuple[Radiance, ...], ...]
     land: LandLight
+    things: LandLight
     Z: np.ndarray
     sticks: int
     triangles: int
@@ -148,17 +151,27 @@ class Looks:
     light_passes: int
 
 
-def look(frame_input: FrameInput, looks: Looks, edges_m: np.ndarray, first: int) -> Seen:
-    """Build a frame's scene once and look at it; its pictures are of samples ``first`` and on."""
+def look(frame_input: FrameInput, looks: Looks, edges_m: np.ndarray, *firsts: int) -> Seen:
+    """Build a frame's scene once and take its pictures, from the samples ``firsts`` on each.
+
+    The ground is the first of what is displayed: its tiles are no things.
+    """
+    gc.collect()  # a scene that was built before is large
     stage, quality = build_frame(frame_input), frame_input.quality
+    tiles = int(frame_input.displayed[0].cut.object.max(initial=0)) + 1
     made = [
-        trace(stage, replace(quality, spp=spp), first + k) for k, spp in enumerate(looks.samples)
+        [trace(stage, replace(quality, spp=spp), first + k) for k, spp in enumerate(looks.samples)]
+        for first in firsts
     ]
-    passes = (trace(stage, replace(quality, spp=1), LIGHT + k) for k in range(looks.light_passes))
-    land = sum_land(((each.rgb, each.Z) for each in passes), edges_m)
-    pictures = tuple(each.rgb.astype(np.float64) for each in made)
-    counts = made[0].statistics
-    return Seen(pictures, land, made[-1].Z, counts["sticks"], counts["triangles"])
+    passes = [
+        (each.rgb, each.Z, np.where(each.object > tiles, each.Z, SKY_Z))
+        for k in range(looks.light_passes)
+        for each in [trace(stage, replace(quality, spp=1), LIGHT + k)]
+    ]
+    land, things = (sum_land(((each[0], each[n]) for each in passes), edges_m) for n in (1, 2))
+    counts = made[0][0].statistics
+    pictures = tuple(tuple(each.rgb.astype(np.float64) for each in row) for row in made)
+    return Seen(pictures, land, things, made[0][-1].Z, counts["sticks"], counts["triangles"])
 
 
 def sum_land(passes: Iterable[tuple[np.ndarray, np.ndarray]], edges_m: np.ndarray) -> LandLight:
@@ -270,102 +283,50 @@ BAND_EDGES_M = (0.0, 20.0, 60.0, 200.0)
 """The distances where bands of mean luminance begin [m]; the last band is the sky."""
 
 EPSILON = 0.01
-"""The number added to the squared reference of relMSE, in exposed light."""
+"""The number added to a squared picture by which noise is divided, in exposed light."""
 
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """The unpruned view: two pictures of every pair of seeds, and what is measured of them.
+    """The unpruned view, by pairs of seeds.
 
-    same, other     pictures with the seed of the tested picture, and with another seed
-    floors          FLIP, SSIM and relMSE of every pair, as ``picture_errors`` returns them
-    exposure, mean  exposure and mean exposed light of all pictures of ``other``
-    Z               (h, w) distance of what each pixel shows [m]
+    pictures  of every pair, with another seed than the tested picture
+    exposure  of the mean of all of them
+    floor     FLIP of every pair where the tested picture is unpruned, too [10⁻⁶]
+    Z         (h, w) distance of what each pixel shows [m]
     """
 
-    same: tuple[Radiance, ...]
-    other: tuple[Radiance, ...]
+    pictures: list[Radiance]
     exposure: float
-    mean: Radiance
+    floor: list[int]
     Z: np.ndarray
-    floors: dict[str, list[int]]
 
 
 def reference_of(same: Sequence[Layers], other: Sequence[Layers]) -> Reference:
-    """Make the reference of rendered frames."""
-    pictures = [[each.rgb.astype(np.float64) for each in row] for row in (same, other)]
-    mean = np.mean(pictures[1], axis=0)
-    exposure = auto_exposure(mean)
-    one, two = map(tuple, pictures)
-    plain = Reference(one, two, exposure, mean * exposure, same[0].Z, {})
-    floors = {f"{name}_floor": row for name, row in _errors(one, plain).items()}
-    return replace(plain, floors=floors)
+    """Make the reference of rendered frames, of the tested picture's seeds and of others."""
+    one, two = ([each.rgb.astype(np.float64) for each in row] for row in (same, other))
+    plain = Reference(two, auto_exposure(np.mean(two, axis=0)), [], same[0].Z)
+    return replace(plain, floor=pair_flips(one, plain))
+
+
+def pair_flips(tested: Sequence[Radiance], whole: Reference) -> list[int]:
+    """Return the mean FLIP of every pair [10⁻⁶]."""
+    shown = (
+        [to_srgb(each, whole.exposure).astype(np.float32) for each in row]
+        for row in (tested, whole.pictures)
+    )
+    return [round(1e6 * mean_flip(one, other)) for one, other in zip(*shown, strict=True)]
 
 
 def picture_errors(tested: Sequence[Radiance], whole: Reference) -> tuple[Column, ...]:
-    """Measure every pair: FLIP and SSIM with their floors, relMSE, and relMSE without noise.
-
-    Errors are in millionths, luminance is in 10⁻⁹ of its unit.
-    """
-    unbiased = {"relmse_bias": [_ppm(each) for each in bias(tested, whole)]}
-    errors = columns(_errors(tested, whole) | whole.floors | unbiased)
-    return (*errors, *_luminances(tested, whole))
-
-
-def _errors(tested: Sequence[Radiance], whole: Reference) -> dict[str, list[int]]:
-    pairs = range(len(tested))
-    test, other = (
-        [to_srgb(p, whole.exposure).astype(np.float32) for p in row]
-        for row in (tested, whole.other)
+    """Measure FLIP of every pair and its floor [10⁻⁶], and the pixels of every band."""
+    edges = (*BAND_EDGES_M, float(SKY_Z), np.inf)
+    pixels = (
+        Column("pixels", [int(((whole.Z >= low) & (whole.Z < high)).sum())], {"band": name})
+        for name, (low, high) in zip(PAIR_BANDS, pairwise(edges), strict=True)
     )
-    return {
-        "flip": [_ppm(mean_flip(test[k], other[k])) for k in pairs],
-        "ssim": [_ppm(ssim(test[k], other[k])) for k in pairs],
-        "relmse": [_ppm(rel_mse(tested[k], whole.other[k], whole)) for k in pairs],
-    }
-
-
-def ssim(one: np.ndarray, two: np.ndarray) -> float:
-    """Return the structural similarity of two displayed pictures (Wang et al. 2004)."""
-    from skimage.metrics import structural_similarity
-
-    found = structural_similarity(
-        one, two, channel_axis=2, data_range=1.0, gaussian_weights=True, sigma=1.5
-    )
-    return float(found)
-
-
-def rel_mse(one: Radiance, two: Radiance, whole: Reference) -> float:
-    """Return the mean of squared difference ÷ squared reference."""
-    return _product(one - two, one - two, whole)
-
-
-def bias(tested: Sequence[Radiance], whole: Reference) -> list[float]:
-    """Return relMSE without noise: products of differences whose seeds are independent.
-
-    E[(Tᵢ − Rᵢ)(Tⱼ − Rⱼ)] = (E[T] − E[R])² for i ≠ j; here j is the pair after i, and the first
-    after the last.
-    """
-    apart = [one - two for one, two in zip(tested, whole.same, strict=True)]
-    return [_product(apart[k - 1], apart[k], whole) for k in range(len(apart))]
-
-
-def _product(one: Radiance, two: Radiance, whole: Reference) -> float:
-    return float(np.mean(one * two * whole.exposure**2 / (whole.mean**2 + EPSILON)))
-
-
-def _luminances(tested: Sequence[Radiance], whole: Reference) -> list[Column]:
-    edges = (*BAND_EDGES_M, float(SKY_Z))
-    made: list[Column] = []
-    for low, high in zip(edges, (*edges[1:], np.inf), strict=True):
-        mine = (whole.Z >= low) & (whole.Z < high)
-        name = pair_band_name(low)
-        made.append(Column("pixels", [int(mine.sum())], {"band": name}))
-        for which, row in (("tested", tested), ("reference", whole.same)):
-            light = [float((p[mine] @ LUMINANCE).mean()) if mine.any() else 0.0 for p in row]
-            nano = [round(1e9 * each) for each in light]
-            made.append(Column("luminance", nano, {"picture": which, "band": name}))
-    return made
+    flip = {"flip": pair_flips(tested, whole), "flip_floor": whole.floor}
+    return (*columns(flip), *pixels)
 
 
 def pair_band_name(low: float) -> str:
@@ -374,7 +335,3 @@ def pair_band_name(low: float) -> str:
 
 
 PAIR_BANDS = tuple(pair_band_name(low) for low in (*BAND_EDGES_M, float(SKY_Z)))
-
-
-def _ppm(value: float) -> int:
-    return round(1e6 * value)

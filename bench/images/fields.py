@@ -12,7 +12,6 @@ metrics: species pruned over the reference's ground. Fields are the replicates: 
 number for each.
 """
 
-import gc
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
@@ -339,7 +338,6 @@ def measure(
     world, view = scene.world, scene.view(1)
 
     def seen_of(shown: Shown, first: int) -> Seen:
-        gc.collect()  # a scene that was built before is large
         frame_input = _input(field, shown, variant, seed, max(looks.samples))
         return look(frame_input, looks, np.array(EDGES_M), first)
 
@@ -367,7 +365,7 @@ def measure(
 def _seen_columns(looks: Looks, tested: Seen, whole: Seen, by_band: bool) -> Iterator[Column]:
     """Yield FLIP [10⁻⁶], and what each band of distance shows."""
     bands, count = np.digitize(whole.Z.astype(np.float64).ravel(), EDGES_M[1:-1]), len(EDGES_M) - 1
-    for k, flip in enumerate(flips_by_pixel(tested.pictures, whole.pictures)):
+    for k, flip in enumerate(flips_by_pixel(tested.pictures[0], whole.pictures[0])):
         keys: dict[str, Key] = {"samples": looks.samples[k], "number": k}
         yield Column("flip_ppm", [round(1e6 * float(flip.mean()))], keys)
         if by_band:

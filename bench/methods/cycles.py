@@ -111,7 +111,7 @@ def _cycles(runner: Runner, case: Window) -> tuple[Pictures, Column, dict[str, l
 def noise(pictures: Pictures, spp: int) -> list[int]:
     """Return the relative variance of a sample, from each picture and the next [millionths].
 
-    It is the variance of a pixel times its samples, ÷ squared light, by ``rel_mse``'s rule; a
+    It is the variance of a pixel times its samples, ÷ squared light; a
     stratified sampler has less than independent samples would have.
     """
     mean = np.mean(pictures, axis=0)

@@ -18,6 +18,7 @@ from bench.images.differences import BAND_EDGES_M
 from bench.packs import part_file, pbrt, usd
 from bench.packs.content import WALK_FRAMES, WALK_SIZE, Content, load_content, settings_of
 from bench.packs.reference import render_reference
+from bench.templates import filled
 from lod.air import rgb_extinction
 from lod.camera import Camera
 from lod.errors import InputError
@@ -29,6 +30,8 @@ from scenes.render.description import FAR_M, NEAR_M
 from scenes.render.exr.header import software
 from scenes.render.exr.layer_file import write_channels
 from scenes.render.render import BuiltFrame, build_frame, move_camera
+
+_HERE = Path(__file__).parent
 
 FORMAT = 1
 RECIPE, PACK, SUMS = "recipe.json", "pack.json", "SHA256SUMS"
@@ -147,7 +150,7 @@ def _files(content: Content, light: dict[str, Any], plain: dict[str, Any]) -> It
         yield f"{name}.pbrt", lambda path, text=text: write_text(path, text)  # type: ignore[misc]
     tables = part_file.hierarchy_tables
     yield "parts.bin", _whole(lambda path: part_file.write_tables(path, tables(content)))
-    yield "LICENSE", lambda path: write_text(path, LICENSE)
+    yield "LICENSE", lambda path: write_text(path, (_HERE / "LICENSE.txt").read_text("utf-8"))
 
 
 def _references(content: Content, recipe: Recipe, walk: bool) -> Iterator[Step]:
@@ -288,50 +291,10 @@ def _sums(folder: Path) -> Iterator[str]:
             yield f"{hashlib.file_digest(file, 'sha256').hexdigest()}  {name}\n"
 
 
-LICENSE = """This pack was made by lodbench. Its files are dedicated to the public domain under
-CC0 1.0 Universal (https://creativecommons.org/publicdomain/zero/1.0/): use them for anything.
-"""
-
-
 def _readme(folder: Path, found: dict[str, Any]) -> str:
     """Write a page of one screen about a finished pack."""
     sizes = {k: path.stat().st_size for k, path in _all_files(folder) if k != "README.md"}
-    still = found["references"]["still"]
-    rows = [
-        ("scene.usda", "cameras, sun and sky; opens geometry.usdc"),
-        ("geometry.usdc", "ground, prototypes with variants by level of detail, a point instancer"),
-        ("still.pbrt", "pbrt-v4; walk.0001.pbrt to walk.0024.pbrt are the walk"),
-        ("geometry.pbrt.gz", "what they include, as text"),
-        ("parts.bin", "the part hierarchy: P, R, B, levels, leaf appearances"),
-        ("sky/latlong.exr", "the sky; equalarea.exr for pbrt, airlight.exr for haze"),
-        (STILL, f"the reference, {still['spp']} samples a pixel; Z, cover by band, both halves"),
-    ]
-    listed = "\n".join(f"| `{name}` | {sizes[name] / 1e6:.1f} | {about} |" for name, about in rows)
-    beta = ", ".join(f"{each:.3g}" for each in found["haze"]["beta"])
     objects = ", ".join(f"{n} {name}" for name, n in found["objects"].items())
-    noise, fov = still["noise"], found["camera"]["fov_deg"]
-    return f"""# {found["pack"]}: a workload of lodbench, format {found["format"]}
-
-{objects}: {found["instances"]} copies of {found["prototypes"]} prototypes, unpruned
-{found["sticks"]} sticks and {found["triangles"]} triangles.
-{sum(sizes.values()) / 1e6:.1f} MB in {len(sizes) + 1} files;
-`sha256sum -c SHA256SUMS` checks them.
-
-| file | MB | what it is |
-|---|---|---|
-{listed}
-
-Metres, z up, x east, y north, right-handed; linear Rec.709; rows of pictures from the top.
-All surfaces are diffuse and two-sided; sticks are round cones with round ends. The camera's
-field of view is {fov:g}° across. Light paths have {found["integrator"]["max_depth"]} edges at most;
-the filter is a box of one pixel.
-
-Render in clear air. Then, with d the distance along the ray [m], T = exp(−βd) and A the airlight
-of the ray's azimuth, L = L·T + A·(1 − T), where β = ({beta}) per metre. A ray that
-meets nothing shows the sky, and below {found["haze"]["horizon_deg"]}° of elevation A alone.
-Write R, G, B and Z (d; 1e10 for the sky) as OpenEXR, in the size of the camera.
-
-The reference's halves differ by a mean FLIP of {noise["flip"]:.4f}, a relMSE of
-{noise["relmse"]:.2g}. `pack.json` has all numbers; docs/packs.md of lodbench has the layout of
-every file. CC0, see LICENSE.
-"""
+    beta = ", ".join(f"{each:.3g}" for each in found["haze"]["beta"])
+    page = _HERE / "README.md.jinja"
+    return filled(page, **found, listed=objects, beta=beta, sizes=sizes)

@@ -1,22 +1,18 @@
 """Would a record come out otherwise today? A small frame tells, without measuring anything again.
 
-A probe is one frame of a preset: how many parts, sticks and triangles it displays, a digest of the
-scene's description, and 64×36 pixels. A record keeps the probe of the sources that made it. Where
-the sources are others now, the same frame is made again; if it is the same, editing words or moving
-files has made nothing stale.
+A probe is one frame of a preset: how many parts, sticks and triangles it displays, and its pixels,
+64×36. A record keeps the probe of the sources that made it. Where the sources are others now, the
+same frame is made again; if it is the same, editing words or moving files has made nothing stale.
 """
 
 import base64
-import hashlib
 import zlib
-from dataclasses import is_dataclass
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
 from scenes.presets.load import load_preset
-from scenes.render.description import describe_frame
 from scenes.render.pictures import auto_exposure, to_srgb
 from scenes.render.render import render_frame
 from scenes.render.variants import choose
@@ -30,7 +26,7 @@ SIZE = 64, 36
 SAME = 0.05
 """The mean difference of two probes' pixels, of 255, up to which they are the same.
 
-Descriptions may differ in their last digits on another machine.
+Another machine may calculate other last digits.
 """
 
 
@@ -41,8 +37,6 @@ def take_probe(preset_name: str) -> dict[str, Any]:
     preset = load_preset(preset_name, words)
     made = Scene(preset).input(1, choose())
     layers = render_frame(made)
-    digest = hashlib.sha256()
-    _hash(describe_frame(made), digest)
     rgb = layers.rgb.astype(np.float64)
     shown = np.rint(255 * np.clip(to_srgb(rgb, auto_exposure(rgb)), 0, 1)).astype(np.uint8)
     parts = {each.name: len(each.cut) for each in made.displayed}
@@ -50,7 +44,6 @@ def take_probe(preset_name: str) -> dict[str, Any]:
     return {
         "preset": preset_name,
         "counts": parts | drawn,
-        "description": digest.hexdigest(),
         "pixels": base64.b64encode(zlib.compress(shown.tobytes(), 9)).decode(),
     }
 
@@ -60,8 +53,6 @@ def has_changed(before: dict[str, Any], after: dict[str, Any]) -> bool:
     try:
         if any(before[key] != after[key] for key in ("preset", "counts")):
             return True
-        if before["description"] == after["description"]:
-            return False
         one, other = (_pixels(each) for each in (before, after))
         return bool(np.abs(one - other).mean() > SAME)
     except (TypeError, KeyError, ValueError, zlib.error):
@@ -72,22 +63,3 @@ def _pixels(probe: dict[str, Any]) -> np.ndarray:
     size = 3 * SIZE[0] * SIZE[1]
     data = zlib.decompressobj().decompress(base64.b64decode(probe["pixels"]), size)
     return np.frombuffer(data, np.uint8).astype(np.float64)
-
-
-def _hash(value: object, digest: "hashlib._Hash") -> None:
-    """Feed nested dicts, dataclasses, sequences, arrays and plain values to a digest, in order."""
-    if is_dataclass(value):
-        _hash(vars(value), digest)
-    elif isinstance(value, dict):
-        for key in sorted(value, key=str):
-            digest.update(f"{key}:".encode())
-            _hash(value[key], digest)
-    elif isinstance(value, list | tuple):
-        for each in value:
-            _hash(each, digest)
-    elif isinstance(value, np.ndarray):
-        digest.update(f"{value.dtype}{value.shape}".encode())
-        digest.update(np.ascontiguousarray(value).tobytes())
-    else:
-        plain = isinstance(value, str | int | float | bool | None)
-        digest.update(repr(value if plain else type(value)).encode())

@@ -20,7 +20,7 @@ from scenes.processes.cache import PACKAGES, source_digest
 
 _PACKAGES = (
     *("lodbench", "numpy", "scipy", "numba", "statsmodels", "mitsuba", "drjit", "OpenEXR"),
-    *("karellen-llvm-core", "colour-science", "flip-evaluator", "scikit-image"),
+    *("karellen-llvm-core", "colour-science", "flip-evaluator"),
 )
 _ROOT = Path(__file__).resolve().parents[2]
 

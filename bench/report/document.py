@@ -1,11 +1,10 @@
-"""The report as data: sections of blocks in reading order, which both writers walk.
+"""The report as data: a section for each record, with all that is worked out from it.
 
-A section is one record; its blocks are what a reader meets, one after the other. ``pages`` says how
-each kind of block looks, and nothing of what stands in it; ``first_screen`` says what comes first.
+Two templates beside this file walk the sections: ``page.html``, and ``report.md``.
 """
 
 import shlex
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from bench.experiment import Table
@@ -17,40 +16,6 @@ from bench.records.records import NOTE, Pictures, Record
 
 MARKS = {"holds": "✓", "refuted": "✗", "expected violation": "≠", "inconclusive": "?"}
 """Sign of each verdict, in the order in which verdicts are counted."""
-
-GLOSSARY = (
-    ("object, part", "An object is a tree of parts: a person, arms, hands, fingers."),
-    (
-        "displayed",
-        "A part is displayed while the viewer could resolve it: nearer than its limit D.",
-    ),
-    ("examined", "Tested against the limit, whether it was then displayed or not."),
-    ("P, R", "Size of what would be lost, and reach of the part; both in metres (§2.4)."),
-    ("K", "Objects per square metre."),
-    ("m", "The smallest angle that counts: detail threshold in pixels × the angle of a pixel."),
-    ("D", "Limit distance; (P + R)/m for the metric of the paper."),
-    ("field", "One random world, from a seed of its own. Every point is a mean over many."),
-    ("95 % interval", "Would hold the true value in 95 of 100 repetitions of the experiment."),
-    ("holds", "The whole interval lies within what was claimed."),
-    ("refuted", "The whole interval lies outside what was claimed."),
-    (
-        "expected violation",
-        "The whole interval lies outside, in a case where the theory itself says that this rule "
-        "fails: it shows where the rule ends, and refutes nothing.",
-    ),
-    (
-        "measurement, verification",
-        "A measurement could have come out otherwise. A verification follows from how the program "
-        "and its world are made, such as the law of a Poisson field: refuted, it shows a bug or a "
-        "wrong assumption.",
-    ),
-    ("inconclusive", "The interval reaches over the edge: more replicates would tell."),
-    (
-        "equivalent within ±m",
-        "The whole interval lies within the margin about the value: equivalence is shown.",
-    ),
-    ("exact", "Counted or calculated: there is no error of sampling."),
-)
 
 
 def summarise_verdicts(claims: Sequence[Claim]) -> str:
@@ -90,126 +55,14 @@ _EXPECTED = (
 )
 
 
-def _group_claims(claims: Sequence[Claim]) -> Iterable[tuple[str, list[Claim]]]:
-    grouped: dict[str, list[Claim]] = {}
-    for claim in claims:
-        grouped.setdefault(claim.estimand, []).append(claim)
-    return grouped.items()
-
-
 CLAIM_HEADS = ("verdict", "condition", "claimed", "measured (95 %)", "unit", "source", "name")
 
 
 def claim_cells(claim: Claim, whole: bool = False) -> tuple[str, ...]:
     """Write a claim as the cells after its verdict; ``whole`` where no heading says of what."""
-    return (
-        *(
-            claim.sentence if whole else claim.where or "everywhere",
-            str(claim.bound),
-            claim.measured_text,
-            claim.unit,
-        ),
-        *(claim.source, claim.name),
-    )
-
-
-@dataclass(frozen=True)
-class TableBlock:
-    """A heading and a table of text cells; ``folded`` where only few readers want it."""
-
-    title: str
-    heads: Sequence[str]
-    rows: Sequence[Sequence[str]]
-    folded: bool = False
-
-
-@dataclass(frozen=True)
-class ClaimsBlock:
-    """Claims that belong together, one row each under the same heads, after their verdicts.
-
-    ``folded`` where only few readers want it, ``whole`` where each says all that it claims.
-    """
-
-    title: str
-    heads: Sequence[str]
-    claims: Sequence[Claim]
-    folded: bool = False
-    whole: bool = False
-
-
-@dataclass(frozen=True)
-class PlotsBlock:
-    """Plots that stand side by side where there is room."""
-
-    plots: Sequence[Plot]
-
-
-@dataclass(frozen=True)
-class PicturesBlock:
-    """Pictures of one view, to be laid over each other or side by side."""
-
-    pictures: Pictures
-
-
-@dataclass(frozen=True)
-class ListBlock:
-    """A heading and sentences under it; text between backquotes is code."""
-
-    title: str
-    items: Sequence[str]
-
-
-@dataclass(frozen=True)
-class OriginBlock:
-    """What a reader needs to trust, trace and repeat a record; ``command`` makes its samples."""
-
-    heads: Sequence[str]
-    rows: Sequence[tuple[str, str]]
-    command: str
-
-
-@dataclass(frozen=True)
-class TextBlock:
-    """A paragraph; text between backquotes is code. ``lede`` where it opens the page."""
-
-    text: str
-    lede: bool = False
-
-
-@dataclass(frozen=True)
-class Headline:
-    """One measured claim in a row of the first screen, and the section that it is from.
-
-    cells    texts of the row, after the verdict
-    drawing  the claimed range and the interval, as a small SVG
-    """
-
-    section: "Section"
-    claim: Claim
-    cells: tuple[str, ...]
-    drawing: str
-
-
-@dataclass(frozen=True)
-class HeadlinesBlock:
-    """The claims that a reader of one minute sees, a row each under their heads."""
-
-    title: str
-    caption: str
-    heads: tuple[str, ...]
-    rows: Sequence[Headline]
-
-
-Block = (
-    TableBlock
-    | ClaimsBlock
-    | PlotsBlock
-    | PicturesBlock
-    | ListBlock
-    | OriginBlock
-    | TextBlock
-    | HeadlinesBlock
-)
+    said = claim.sentence if whole else claim.where or "everywhere"
+    told = str(claim.bound), claim.measured_text, claim.unit, claim.source, claim.name
+    return said, *told
 
 
 @dataclass(frozen=True)
@@ -217,7 +70,6 @@ class Section:
     """One record with everything that is worked out from it.
 
     claims      judged from the record's samples when the report is written
-    point_table heads and rows of every point
     tables      titled tables that follow the plots
     caveats     what the record does not say
     stale       a sentence that says that the record is of older code; empty where it is not
@@ -227,7 +79,6 @@ class Section:
     question: str
     claims: tuple[Claim, ...]
     plots: tuple[Plot, ...]
-    point_table: Table
     caveats: tuple[str, ...] = ()
     pictures: tuple[Pictures, ...] = ()
     tables: tuple[tuple[str, Table], ...] = ()
@@ -254,31 +105,32 @@ class Section:
         return " ".join(sentence for sentence in said if sentence)
 
     @property
-    def origin(self) -> OriginBlock:
-        """Provenance of the record, and the command that makes its samples again."""
-        command = f"{run_command(self.record)} -o DIR && lodbench report DIR"
-        return OriginBlock(("what", "value"), _provenance_rows(self.record), command)
+    def command(self) -> str:
+        """The command that makes its samples again, and its report."""
+        return f"{run_command(self.record)} -o DIR && lodbench report DIR"
+
+    @property
+    def origin(self) -> list[tuple[str, str]]:
+        """What a reader needs to trust and to trace the record, as rows of a table."""
+        return _provenance_rows(self.record)
+
+    @property
+    def decisive(self) -> list[Claim]:
+        """The measured claims that lead."""
+        return [claim for claim in self.of_kind("measurement") if claim.headline]
+
+    @property
+    def groups(self) -> dict[str, list[Claim]]:
+        """The other measured claims, by what they estimate."""
+        grouped: dict[str, list[Claim]] = {}
+        for claim in self.of_kind("measurement"):
+            if not claim.headline:
+                grouped.setdefault(claim.estimand, []).append(claim)
+        return grouped
 
     def of_kind(self, kind: Kind) -> list[Claim]:
         """Give the claims of one kind."""
         return [claim for claim in self.claims if claim.kind == kind]
-
-    def blocks(self) -> Iterator[Block]:
-        """Give the blocks of the section in reading order; empty tables are left out."""
-        measured = self.of_kind("measurement")
-        yield PlotsBlock(self.plots)
-        yield from (PicturesBlock(each) for each in self.pictures)
-        if decisive := [claim for claim in measured if claim.headline]:
-            heads = "verdict", "claim", *CLAIM_HEADS[2:]
-            yield ClaimsBlock("What decides", heads, decisive, whole=True)
-        for title, claims in _group_claims([c for c in measured if not c.headline]):
-            yield ClaimsBlock(title, CLAIM_HEADS, claims, folded=True)
-        yield from (TableBlock(title, *table, folded=True) for title, table in self.tables)
-        if checks := self.of_kind("verification"):
-            yield ClaimsBlock("Verification", CLAIM_HEADS, checks, folded=True)
-        yield ListBlock("What this does not say", self.caveats)
-        yield TextBlock(f"Every point stands in `tables/{self.anchor}.csv`, beside this page.")
-        yield self.origin
 
 
 def run_command(record: Record) -> str:

@@ -1,6 +1,6 @@
 """What does a reader of one minute see? This file alone says it, for both kinds of page."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from markupsafe import Markup
@@ -8,16 +8,7 @@ from markupsafe import Markup
 from bench.plots import Plot
 from bench.records.claims import Claim
 from bench.records.records import Pictures
-from bench.report.document import (
-    Block,
-    Headline,
-    HeadlinesBlock,
-    ListBlock,
-    Section,
-    TextBlock,
-    run_command,
-    verified,
-)
+from bench.report.document import Section, run_command, verified
 
 TITLE = "lodbench: what was claimed, and what was measured"
 
@@ -46,54 +37,51 @@ WHAT_THIS_IS_NOT = (
 FIRST = "counts"
 """Name of the plot that opens the page where there is one: counts against the law."""
 
+HEADLINE_HEADS = "verdict", "claim", "measured (95 %)", "unit", "command"
+
 
 @dataclass(frozen=True)
-class Hero:
-    """What opens the page: an answer, its plot, a pair of pictures, and the command for them.
+class FirstScreen:
+    """What the pages begin with.
 
-    plot, pictures  each with the section that it is from; None where no record holds one
+    answer, command  what the first record says, and the command that measures it again
+    plot, pictures   each with the section that it is from; None where no record holds one
+    headlines        measured claims that lead, each with its section, of the newest records
+    verified         what verifies the program, in a sentence, and what the law is
     """
 
     answer: str
+    command: str
     plot: tuple[Section, Plot] | None
     pictures: tuple[Section, Pictures] | None
-    command: str
+    headlines: list[tuple[Section, Claim]]
+    verified: str
 
 
-def hero(sections: Sequence[Section]) -> Hero:
-    """Choose what opens the page: the plot of the law, else the first; the first pictures."""
+def first_screen(sections: Sequence[Section]) -> FirstScreen:
+    """Choose what opens the pages; ``sections`` have the newest record of an experiment first.
+
+    That is the plot of the law, else the first one, and the first pictures.
+    """
     plots = [(section, plot) for section in sections for plot in section.plots]
     first = next((each for each in plots if each[1].name == FIRST), plots[0] if plots else None)
-    shown = [(section, each) for section in sections for each in section.pictures]
     section = first[0] if first else sections[0]
-    answer = f"{first[1].title}." if first else section.answer
-    return Hero(
-        answer, first, shown[0] if shown else None, f"{run_command(section.record)} -o out/records"
+    newest = {section.record.experiment: section for section in reversed(sections)}
+    checks = [claim for each in sections for claim in each.of_kind("verification")]
+    return FirstScreen(
+        f"{first[1].title}." if first else section.answer,
+        f"{run_command(section.record)} -o out/records",
+        first,
+        next(((s, each) for s in sections for each in s.pictures), None),
+        [(s, c) for s in reversed(newest.values()) for c in s.claims if c.headline],
+        f"{verified(checks)} {LAW}".strip(),
     )
 
 
-def first_screen(sections: Sequence[Section]) -> Iterator[Block]:
-    """Give what the pages begin with, in reading order; ``sections`` have the newest first."""
-    yield TextBlock(LEDE, lede=True)
-    newest = {section.record.experiment: section for section in reversed(sections)}
-    rows = [
-        Headline(
-            section,
-            claim,
-            (claim.sentence, claim.measured_text, claim.unit, f"`{run_command(section.record)}`"),
-            _strip(claim),
-        )
-        for section in reversed(newest.values())
-        for claim in section.claims
-        if claim.headline
-    ]
-    if rows:
-        heads = "verdict", "claim", "measured (95 %)", "unit", "command", "interval"
-        caption = "Shaded: what was claimed. Line: the 95 % interval."
-        yield HeadlinesBlock("What was measured", caption, heads, rows)
-    checks = [claim for each in sections for claim in each.of_kind("verification")]
-    yield TextBlock(f"{verified(checks)} {LAW}".strip())
-    yield ListBlock("What this is not", WHAT_THIS_IS_NOT)
+def headline_cells(section: Section, claim: Claim) -> tuple[str, ...]:
+    """Write a claim of the first screen as the cells after its verdict."""
+    told = f"`{run_command(section.record)}`"
+    return claim.sentence, claim.measured_text, claim.unit, told
 
 
 _WIDTH, _HEIGHT, _PAD = 120.0, 16.0, 4.0
@@ -104,7 +92,7 @@ _SVG = Markup(
 )
 
 
-def _strip(claim: Claim) -> Markup:
+def strip(claim: Claim) -> Markup:
     """Draw the claimed range, the interval and the estimate on an axis that holds all of them.
 
     The axis of a bound from above begins at 0, or at the interval where that lies below 0.

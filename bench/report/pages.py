@@ -1,37 +1,30 @@
-"""How does each kind of block look: on one HTML page, and in Markdown?
+"""How does a section look: on one HTML page, and in Markdown?
 
 The HTML page asks for nothing, has everything inside, and can be read without its script. Its
-markup stands in two templates beside this file: ``page.html``, and ``blocks.html``, which has a
-macro for each kind of block. In Markdown, plots and pictures are files beside the text.
+markup stands in the templates ``page.html`` and ``blocks.html`` beside this file, and that of the
+Markdown, whose plots and pictures are files beside the text, in ``page.md.jinja``.
 """
 
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Any
 
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from bench.plots import FONTS, Drawing, Plot, key_of
 from bench.records.claims import Claim
 from bench.records.records import Pictures
-from bench.report.document import (
-    GLOSSARY,
-    MARKS,
-    Block,
-    ClaimsBlock,
-    HeadlinesBlock,
-    ListBlock,
-    OriginBlock,
-    PicturesBlock,
-    PlotsBlock,
-    Section,
-    TableBlock,
-    TextBlock,
-    claim_cells,
+from bench.report.document import CLAIM_HEADS, MARKS, Section, claim_cells
+from bench.report.first_screen import (
+    HEADLINE_HEADS,
+    LEDE,
+    TITLE,
+    WHAT_THIS_IS_NOT,
+    first_screen,
+    headline_cells,
+    strip,
 )
-from bench.report.first_screen import TITLE, first_screen, hero
+from bench.templates import filled
 
 _FOLDER = Path(__file__).parent
 _MARK = Markup('<circle class="mark" data-curve="{}" cx="{}" cy="{}"><title>{}</title></circle>')
@@ -40,29 +33,32 @@ _MARK = Markup('<circle class="mark" data-curve="{}" cx="{}" cy="{}"><title>{}</
 
 def to_html(sections: Sequence[Section]) -> str:
     """Write the whole page."""
-    environment = Environment(
-        loader=FileSystemLoader(_FOLDER),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.globals |= {"marks": MARKS, "cells": claim_cells, "key_of": key_of}
-    environment.filters |= {
-        "kind": lambda block: type(block).__name__,
-        "marked_up": _marked_up,
-        "svg": _svg,
-    }
     script = Markup((_FOLDER / "page.js").read_text(encoding="utf-8"))
-    page = environment.get_template("page.html")
-    return page.render(
+    return _filled("page.html", sections, script=script, fonts=Markup(FONTS))
+
+
+def to_markdown(sections: Sequence[Section]) -> str:
+    """Write the whole document."""
+    text = _filled("page.md.jinja", sections)
+    return text.replace("<", "&lt;")  # no record writes HTML
+
+
+def _filled(template: str, sections: Sequence[Section], **more: Markup) -> str:
+    called = (claim_cells, headline_cells, key_of, picture_path, plot_files, strip)
+    return filled(
+        _FOLDER / template,
+        {"marked_up": _marked_up, "svg": _svg, "cell": _cell, "verdict": _verdict},
+        **{each.__name__: each for each in called},
+        marks=MARKS,
+        table=_table,
+        claim_heads=CLAIM_HEADS,
+        headline_heads=HEADLINE_HEADS,
         title=TITLE,
-        hero=hero(sections),
-        first=list(first_screen(sections)),
+        lede=LEDE,
+        this_is_not=WHAT_THIS_IS_NOT,
+        first=first_screen(sections),
         sections=sections,
-        glossary=GLOSSARY,
-        script=script,
-        fonts=Markup(FONTS),
+        **more,
     )
 
 
@@ -90,19 +86,6 @@ PLOTS = "plots"
 """Folder of the plots and pictures, beside report.md."""
 
 
-def to_markdown(sections: Sequence[Section]) -> str:
-    """Write the whole document."""
-    pieces = [f"# {TITLE}"]
-    for block in first_screen(sections):
-        pieces += _pieces(None, block, "##")
-    for section in sections:
-        pieces += [f"## {section.title}", f"**{section.question}** {section.answer}"]
-        pieces += [f"**{section.stale}**"] if section.stale else []
-        pieces += [piece for block in section.blocks() for piece in _pieces(section, block)]
-    pieces += ["## Words and symbols", _table(("word", "meaning"), GLOSSARY)]
-    return "\n\n".join(pieces).replace("<", "&lt;") + "\n"  # no record writes HTML
-
-
 def plot_files(section: Section, plot: Plot) -> dict[str, tuple[str, str]]:
     """Give the SVG and the text alternative of a plot's key and panels, by path from report.md."""
     whole = {f"{plot.name}-key": (plot.key, ", ".join(plot.labels))} if plot.key else {}
@@ -113,43 +96,6 @@ def plot_files(section: Section, plot: Plot) -> dict[str, tuple[str, str]]:
 def picture_path(section: Section, pictures: Pictures, number: int) -> str:
     """Path of one picture's file, from the folder of report.md."""
     return f"{PLOTS}/{section.anchor}-{pictures.name}-{number}.webp"
-
-
-def _pieces(section: Any, block: Block, level: str = "###") -> Iterator[str]:
-    match block:
-        case TextBlock(text):
-            yield text
-        case HeadlinesBlock(title, _, heads, rows):
-            marked = [
-                (
-                    _verdict(each.claim) + (" (older code)" if each.section.stale else ""),
-                    *each.cells,
-                )
-                for each in rows
-            ]
-            yield f"{level} {_cell(title)}\n\n" + _table(heads[:-1], marked)
-        case TableBlock(title, heads, rows):
-            yield f"{level} {_cell(title)}\n\n" + _table(heads, rows)
-        case ClaimsBlock(title, heads, claims, _, whole):
-            told = [(_verdict(each), *claim_cells(each, whole)) for each in claims]
-            yield f"{level} {_cell(title)}\n\n" + _table(heads, told)
-        case PlotsBlock(plots):
-            for plot in plots:
-                files = plot_files(section, plot)
-                images = " ".join(f"![{_cell(alt)}]({path})" for path, (_, alt) in files.items())
-                yield f"{level} {_cell(plot.title)}\n\n{images}\n\n{_cell(plot.caption)}"
-        case PicturesBlock(pictures):
-            labels = [label for label, _ in pictures.layers]
-            paths = (picture_path(section, pictures, number) for number in range(len(labels)))
-            alts = (_cell(f"{label}. {pictures.alt}") for label in labels)
-            cells = [f"![{a}]({b})" for a, b in zip(alts, paths, strict=True)]
-            rows = f"{_table(labels, ())}\n| {' | '.join(cells)} |"
-            yield f"{level} {_cell(pictures.title)}\n\n{_cell(pictures.caption)}\n\n{rows}"
-        case ListBlock(title, items):
-            yield f"{level} {title}\n\n" + "\n".join(f"- {item}" for item in items)
-        case OriginBlock(heads, rows, command):
-            yield f"{level} Where it comes from\n\n" + _table(heads, rows)
-            yield f"Repeat it: `{_cell(command)}`"
 
 
 def _verdict(claim: Claim) -> str:

@@ -15,8 +15,11 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
-from bench.experiment import Progress, experiments, point_table, silent
+import numpy as np
+
+from bench.experiment import Progress, experiments, silent
 from bench.plots import alone
+from bench.records.claims import plain_number
 from bench.records.probe import NOTE, SOURCES, has_changed, take_probe
 from bench.records.records import Record, pictures_of, read_record, record_paths
 from bench.report.document import Section
@@ -131,10 +134,7 @@ def _beside(sections: list[Section]) -> dict[str, str | bytes]:
         "claims.json": json.dumps(runs, indent=1, ensure_ascii=False, allow_nan=False) + "\n",
     }
     for section in sections:
-        sha256 = section.record.sha256
-        heads, points = point_table(section.record.points, most_columns=10**6)
-        table = _csv(("record_sha256", *heads), [(sha256, *row) for row in points])
-        files[f"tables/{section.anchor}.csv"] = table
+        files[f"tables/{section.anchor}.csv"] = _csv(_POINT, _point_rows(section.record))
         for plot in section.plots:
             files |= {path: alone(svg) for path, (svg, _) in plot_files(section, plot).items()}
         for each in section.pictures:
@@ -143,6 +143,23 @@ def _beside(sections: list[Section]) -> dict[str, str | bytes]:
     if wrong := [name for name in files if not re.fullmatch(r"((tables|plots)/)?[\w.-]+", name)]:
         raise InputError("record", wrong[0], "files of a report are named by letters and digits")
     return files
+
+
+_POINT = "record_sha256", "case", "quantity", "n", "mean", "standard deviation", "predicted"
+
+
+def _point_rows(record: Record) -> Iterator[tuple[str, ...]]:
+    """Give a row for each column of each point: its case, mean, deviation and prediction."""
+    for point in record.points:
+        told = {k: plain_number(v) if isinstance(v, float) else v for k, v in point.case.items()}
+        case = ", ".join(f"{k} {v}" for k, v in told.items() if v is not None)
+        law = {repr((each.quantity, each.keys)): f"{each.value:.6g}" for each in point.predicted}
+        for each in point.samples:
+            values = np.asarray(each.values, np.float64)
+            spread = f"{values.std(ddof=1):.4g}" if len(values) > 1 else "-"
+            mean = f"{values.mean():.6g}" if len(values) else "-"
+            found = f"{len(values)}", mean, spread, law.get(repr(each.name), "-")
+            yield record.sha256, case, each.label, *found
 
 
 def _csv(heads: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
@@ -193,17 +210,15 @@ def _marked(made: Section | str) -> Section | str:
 
 def _section(record: Record) -> Section:
     """Work a record out; one of another version of its experiment says what it said when made."""
-    experiment, table = experiments().get(record.experiment), point_table(record.points)
-    shown = pictures_of(record)
+    experiment, shown = experiments().get(record.experiment), pictures_of(record)
     if experiment is None or experiment.version != record.version:
-        return Section(record, record.experiment, record.claims, (), table, pictures=shown)
+        return Section(record, record.experiment, record.claims, (), pictures=shown)
     judged = replace(record, claims=experiment.judged(record.points))
     return Section(
         record,
         experiment.question,
         judged.claims,
         experiment.plots(judged),
-        table,
         experiment.caveats,
         shown,
         experiment.tables(judged),

@@ -22,6 +22,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
+from jaxtyping import Float64
 from scipy import stats
 
 from lod.arrays import Reals
@@ -219,6 +220,41 @@ def two_sided_factor(values: Reals) -> Estimate:
     found = two_sided_mean(np.log(values))
     value, low, high = np.exp([found.value, found.low, found.high]).tolist()
     return Estimate(value, low, high, value * found.standard_error, 1.0, len(values))
+
+
+def fit_exponent(x: Reals, y: Reals) -> Estimate:
+    """Estimate b of y = a·x^b, (n,) each, with a two-sided 95 % interval.
+
+    The fit is least squares of logarithms; errors are HC3 (MacKinnon & White, J. Econometrics 29,
+    1985), since whether the scatter of a time is in proportion to the time is not known; the
+    interval is Student's. Raises InputError for fewer than 3 values and for values that are not
+    finite and above 0.
+    """
+    if len(y) < 3:
+        raise InputError("values", len(y), "3 values or more")
+    import statsmodels.api as sm
+
+    fit = sm.OLS(
+        np.log(_positive("values", y)), sm.add_constant(np.log(_positive("values", x)))
+    ).fit(cov_type="HC3")
+    value, error = float(fit.params[1]), float(fit.bse[1])
+    return student_interval(value, error, float(fit.df_resid), len(y))
+
+
+def noise_free(
+    samples: Float64[np.ndarray, " counts"], errors: Float64[np.ndarray, "counts n"]
+) -> Float64[np.ndarray, " n"]:
+    """Fit a + b/√N to each column of errors, and return every a, (n,).
+
+    ``samples`` (counts,) holds the samples of a pixel, N. Raises InputError for fewer than two
+    different counts and for counts below 1.
+    """
+    counts = np.asarray(samples, np.float64)
+    if len(set(counts.tolist())) < 2 or counts.min() < 1:
+        raise InputError("samples", counts.tolist(), "two counts or more, each at least 1")
+    design = np.column_stack((np.ones_like(counts), 1 / np.sqrt(counts)))
+    fitted = np.linalg.lstsq(design, np.asarray(errors, np.float64), rcond=None)[0]
+    return np.asarray(fitted[0])
 
 
 def standard_error(counts: Reals) -> float:

@@ -12,10 +12,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from markupsafe import Markup, escape
 
 from bench.statistics.steps import find_step
 from bench.submissions.entry import SUBMISSIONS, read_submission
+from bench.templates import filled
 from scenes.files import make_folder, write_text
 
 Row = dict[str, Any]
@@ -24,30 +24,6 @@ HEADS = (
     *("pack", "program", "who", "score", "note", "valid", "flip", "land", "coverage"),
     *("seconds", "cpu seconds", "MB", "timing", "machine", "cores", "load", "date", "history"),
 )
-
-_STYLE = """
-body{font:15px/1.5 system-ui,sans-serif;margin:2rem auto;max-width:90rem;padding:0 1rem}
-div{overflow-x:auto}table{border-collapse:collapse}td,th{padding:.3rem .6rem;text-align:left}
-tr{border-bottom:1px solid #8886}th button{all:unset;cursor:pointer;font-weight:600}
-th button:focus-visible{outline:2px solid}
-:root{color-scheme:light dark}
-"""
-_SCRIPT = """
-for (const [k, head] of document.querySelectorAll('th').entries())
-  head.firstElementChild.onclick = () => {
-    const up = head.getAttribute('aria-sort') !== 'ascending'
-    for (const each of document.querySelectorAll('th')) each.removeAttribute('aria-sort')
-    head.setAttribute('aria-sort', up ? 'ascending' : 'descending')
-    const body = document.querySelector('tbody')
-    const key = row => row.cells[k].textContent
-    const rows = [...body.rows].sort((a, b) => {
-      const [x, y] = [key(a), key(b)], [m, n] = [parseFloat(x), parseFloat(y)]
-      const by = isNaN(m) || isNaN(n) ? x.localeCompare(y) : m - n
-      return up ? by : -by
-    })
-    body.append(...rows)
-  }
-"""
 
 
 def table_rows(records: Sequence[Row]) -> list[tuple[str, ...]]:
@@ -124,30 +100,7 @@ def as_csv(rows: Sequence[Sequence[str]]) -> str:
 
 def as_html(rows: Sequence[Sequence[str]]) -> str:
     """Write the page; without its script it is read in the order of the score."""
-    heads = Markup("").join(
-        Markup("<th scope=col><button type=button>{}</button></th>").format(head) for head in HEADS
-    )
-    body = Markup("\n").join(
-        Markup("<tr>{}</tr>").format(
-            Markup("").join(Markup("<td>{}</td>").format(cell) for cell in row)
-        )
-        for row in rows
-    )
-    about = (
-        "Score: time to the error that blake has at one pixel, divided by the published "
-        "baseline's; below 1 is faster. Seconds are measured by a runner, or reported. FLIP, land "
-        "luminance and coverage are of the finest valid setting. A step in the history is found by "
-        "a permutation test of a change point (p at most 0.01)."
-    )
-    return (
-        "<!doctype html><html lang=en><meta charset=utf-8>"
-        "<meta name=viewport content='width=device-width'>"
-        f"<title>lodbench: submissions</title><style>{_STYLE}</style>"
-        f"<main><h1>lodbench: submissions</h1><p>{escape(about)} "
-        "<a href=submissions.csv download>Download as CSV</a></p>"
-        f"<div tabindex=0><table><thead><tr>{heads}</tr></thead><tbody>{body}</tbody></table></div>"
-        f"</main><script>{_SCRIPT}</script></html>\n"
-    )
+    return filled(Path(__file__).with_name("site.html"), heads=HEADS, rows=rows)
 
 
 def write_site(folder: Path, out: Path) -> list[Path]:

@@ -170,7 +170,7 @@ class Quality:
     sun_sampling  share of light samples for the sun against 1 for the sky, in scalar and spectral
         variants and in a medium; elsewhere the sun is sampled at every vertex
     sampler    a Mitsuba sampler for JIT variants; of those that were tried none has less noise for
-        the time than multijitter (``lodbench run settings``)
+        the time than multijitter
     coverage   whether it is counted which objects the samples of a pixel meet
     window     what of the picture is rendered; None = all of it
     most_samples  traced at once: bounds memory, and how long Ctrl-C waits

@@ -16,10 +16,9 @@ import mitsuba as mi
 import numpy as np
 
 from scenes.frame.frame_input import Quality, sampler_seed
-from scenes.render.build import GUIDES, BuiltScene, sensor
-from scenes.render.camera_rays import pixel_sums, sample_rays
-from scenes.render.integrator import trace_paths
-from scenes.render.light import load_plugin
+from scenes.render.build import GUIDES, BuiltScene, load_plugin
+from scenes.render.jit import trace_paths
+from scenes.render.samples import pixel_sums, sample_rays, sensor
 
 
 @dataclass

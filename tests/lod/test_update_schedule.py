@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 from lod.update_schedule import (
     WINDOW,
     TruePose,
-    budget_rule,
     displacement_px,
     initial_state,
     refresh_due,
@@ -71,13 +70,6 @@ def test_those_past_the_threshold_are_drawn_anew_and_the_rest_are_kept():
     assert after.start[:, 0].tolist() == [0.0, 0.006, 0.0]
     assert after.error_px == pytest.approx([0.2, 0, 0], rel=1e-3)
     assert after.displacement_px == pytest.approx([0.2, 0.6, 0], rel=1e-3)
-
-
-def test_a_budget_takes_the_most_urgent_and_never_what_has_not_moved():
-    before = initial_state(posed([0.0] * 4))
-    now = posed([0.001, 0.003, 0.0, 0.002])
-    assert step(before, now, budget_rule(2)).updated.tolist() == [False, True, False, True]
-    assert step(before, now, budget_rule(9)).updated.tolist() == [True, True, False, True]
 
 
 @given(

@@ -39,10 +39,12 @@ BANNED = {re.compile(word, re.IGNORECASE): cure for word, cure in INSTEAD.items(
 
 
 def pages() -> Iterator[Path]:
-    """README, the manual and the pages of results."""
+    """README, the manual, the pages of results, and templates of what the program writes."""
     yield ROOT / "README.md"
     yield from sorted((ROOT / "docs").glob("*.md"))
     yield from sorted((ROOT / "results").glob("*.md"))
+    yield from sorted((ROOT / "bench").rglob("*.jinja"))
+    yield from sorted((ROOT / "bench").rglob("*.html"))
 
 
 def strings(path: Path) -> Iterator[tuple[int, str]]:

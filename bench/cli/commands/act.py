@@ -6,7 +6,7 @@ from typing import Any
 import click
 
 from bench.cli.flags import StrictCommand, memory_flag, preset_from_flags, view_flags
-from bench.cli.output import output
+from bench.cli.output import Output
 from lod.errors import InputError
 
 
@@ -14,8 +14,7 @@ from lod.errors import InputError
 @view_flags
 @memory_flag
 @click.option("-o", "folder", required=True, metavar="DIR", help="Folder of the frames to come.")
-@click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
-def command(preset: str, folder: str, max_memory: int | None, as_json: bool, **flags: Any) -> None:
+def command(preset: str, folder: str, max_memory: int | None, out: Output, **flags: Any) -> None:
     """Act all frames once; `render` into the same folder replays them."""
     from scenes.render.budget import preflight
     from scenes.render.render_files import prepare_track, read_track, track_path
@@ -30,11 +29,10 @@ def command(preset: str, folder: str, max_memory: int | None, as_json: bool, **f
     path = track_path(chosen, Path(folder))
     track = read_track(path)
     assert track is not None
-    with output(as_json) as out:
-        frames, actors = track.updated.shape
-        updates = int(track.updated.sum())
-        found = {"frames": frames - 1, "actors": actors, "updates": updates}
-        off = float(track.bound_px.max(initial=0.0))
-        out.record({"path": str(path), "sha256": digest, **found, "most_off_px": off})
-        out.say(f"{path}  {digest[:16]}  {actors} actors, {frames - 1} frames")
-        out.say(f"  {updates:,} updates; who coasts is off by {off:.3g} px at most")
+    frames, actors = track.updated.shape
+    updates = int(track.updated.sum())
+    found = {"frames": frames - 1, "actors": actors, "updates": updates}
+    off = float(track.bound_px.max(initial=0.0))
+    out.record({"path": str(path), "sha256": digest, **found, "most_off_px": off})
+    out.say(f"{path}  {digest[:16]}  {actors} actors, {frames - 1} frames")
+    out.say(f"  {updates:,} updates; who coasts is off by {off:.3g} px at most")

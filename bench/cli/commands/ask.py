@@ -5,7 +5,7 @@ from typing import Any
 import click
 
 from bench.cli.flags import StrictCommand, memory_flag, preset_from_flags, view_flags
-from bench.cli.output import output
+from bench.cli.output import Output
 from scenes.files import LAST_FRAME
 
 
@@ -14,9 +14,8 @@ from scenes.files import LAST_FRAME
 @memory_flag
 @click.argument("words", metavar='"WHO [PART] QUESTION"')
 @click.option("--frame", type=click.IntRange(1, LAST_FRAME), default=1, show_default=True)
-@click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
 def command(
-    preset: str, words: str, frame: int, max_memory: int | None, as_json: bool, **flags: Any
+    preset: str, words: str, frame: int, max_memory: int | None, out: Output, **flags: Any
 ) -> None:
     """Ask as of a frame, as in: lodbench ask playground "joe right arm/hand where" --frame 12.
 
@@ -29,6 +28,5 @@ def command(
     chosen = preset_from_flags(preset, **flags)
     preflight(Scene(chosen), (), max_memory)
     found = plain(answer_at(chosen, words, frame))
-    with output(as_json) as out:
-        out.record({"asked": words, "frame": frame, "answer": found})
-        out.say(str(found))
+    out.record({"asked": words, "frame": frame, "answer": found})
+    out.say(str(found))

@@ -6,28 +6,26 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from bench.cli.flags import StrictCommand
-from bench.cli.output import Output, output, progress_bar, table
+from bench.cli.output import Output, progress_bar, table
 
 if TYPE_CHECKING:
     from bench.records.claims import Claim
     from bench.records.compare_runs import Comparison
 
 
-@click.command("compare", cls=StrictCommand)
+@click.command("compare", cls=StrictCommand, json="One JSON object per experiment on stdout.")
 @click.argument("before", metavar="A")
 @click.argument("after", metavar="B")
-@click.option("--json", "as_json", is_flag=True, help="One JSON object per experiment on stdout.")
-def command(before: str, after: str, as_json: bool) -> None:
+def command(before: str, after: str, out: Output) -> None:
     """Hold two records, or two folders of them, against each other."""
     from bench.records.compare_runs import compare_paths
 
-    with output(as_json) as out:
-        with progress_bar("step") as show:
-            show(0, 1, "reading records")
-            found = compare_paths(Path(before), Path(after))
-        for each in found:
-            out.record(each.as_json())
-            _say(out, each)
+    with progress_bar("step") as show:
+        show(0, 1, "reading records")
+        found = compare_paths(Path(before), Path(after))
+    for each in found:
+        out.record(each.as_json())
+        _say(out, each)
 
 
 def _say(out: Output, found: "Comparison") -> None:

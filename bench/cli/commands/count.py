@@ -6,66 +6,40 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from bench.cli.flags import StrictCommand, memory_flag, preset_from_flags, view_flags
-from bench.cli.output import Output, output, progress_bar, table, tell_first_run
-from lod.errors import InputError
+from bench.cli.output import Output, progress_bar, table, tell_first_run
 from scenes.processes.memory_limit import peak_rss_bytes
 
 if TYPE_CHECKING:
-    from bench.frame_counts import Counts, Workload
-    from scenes.presets.schema import Preset
+    from bench.frame_counts import Counts
 
 
 @click.command("count", cls=StrictCommand)
 @view_flags
 @memory_flag
 @click.option("--frame", type=click.IntRange(1, 999_999), default=1, help="Frame number, from 1.")
-@click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
-def command(preset: str, frame: int, as_json: bool, max_memory: int | None, **flags: Any) -> None:
-    """Objects and parts of one frame: examined, displayed, predicted.
-
-    PRESET may be a workload, as meadow@1: its counts must then be the golden ones.
-    """
-    workload = None
-    if "@" in preset:
-        from bench.frame_counts import workload_named
-
-        workload = workload_named(preset)
-    chosen = preset_from_flags(workload.preset if workload else preset, **flags)
-    if workload:
-        _check_as_it_is(workload, chosen, frame)
+def command(preset: str, frame: int, out: Output, max_memory: int | None, **flags: Any) -> None:
+    """Objects and parts of one frame: examined, displayed, predicted."""
+    chosen = preset_from_flags(preset, **flags)
     from bench.frame_counts import Stopwatch, count
     from scenes.render.budget import preflight, within_budget
     from scenes.scene import Scene
 
     tell_first_run()
     watch = Stopwatch()
-    with output(as_json) as out:
-        with watch.stage("build"):
-            chosen = within_budget(chosen, (frame,), max_memory, out.note)
-            scene = Scene(chosen)
-            preflight(scene, (), max_memory)
-            world = scene.world
-        with progress_bar("step") as show:
-            show(0, 1, "memory")
-            with watch.stage("estimate"):
-                estimated = preflight(scene, (frame,), max_memory)
-            ground = estimated.ground if estimated else None
-            counts = count(world, scene.view(frame), ground, show)
-        seconds = watch.seconds | counts.seconds
-        wrong = workload.mismatches(counts) if workload else []
-        told = {"name": workload.name, "golden": not wrong} if workload else None
-        out.record(as_data(counts, seconds) | ({"workload": told} if told else {}))
-        _say(out, counts, seconds)
-    if workload and wrong:
-        raise click.ClickException(f"{workload.name}: {', '.join(wrong)}: another workload")
-
-
-def _check_as_it_is(workload: "Workload", chosen: "Preset", frame: int) -> None:
-    from scenes.presets.load import load_preset
-
-    if frame != 1 or chosen != load_preset(workload.preset):
-        rule, cure = "a workload is counted as it is, frame 1", f"ask for {workload.preset}"
-        raise InputError("PRESET", workload.name, rule, cure)
+    with watch.stage("build"):
+        chosen = within_budget(chosen, (frame,), max_memory, out.note)
+        scene = Scene(chosen)
+        preflight(scene, (), max_memory)
+        world = scene.world
+    with progress_bar("step") as show:
+        show(0, 1, "memory")
+        with watch.stage("estimate"):
+            estimated = preflight(scene, (frame,), max_memory)
+        ground = estimated.ground if estimated else None
+        counts = count(world, scene.view(frame), ground, show)
+    seconds = watch.seconds | counts.seconds
+    out.record(as_data(counts, seconds))
+    _say(out, counts, seconds)
 
 
 def as_data(counts: "Counts", seconds: dict[str, float]) -> dict[str, Any]:

@@ -10,14 +10,14 @@ import click
 
 from bench.cli.flags import StrictCommand
 from bench.cli.kernel_cache import VARIABLE, kernel_cache_state
-from bench.cli.output import Output, output, table
+from bench.cli.output import Output, table
 from lod.errors import InputError
 from scenes.processes.cache import VARIABLE as CACHE
 
 PACKAGES = ("lodbench", "mitsuba", "drjit", "OpenEXR", "numpy", "scipy", "numba", "colour-science")
 
 
-@click.command("doctor", cls=StrictCommand)
+@click.command("doctor", cls=StrictCommand, json="One JSON object on stdout, or per NAME.")
 @click.option("--clear-cache", is_flag=True, help="Remove what is kept; the next command makes it.")
 @click.option(
     "--check",
@@ -26,22 +26,20 @@ PACKAGES = ("lodbench", "mitsuba", "drjit", "OpenEXR", "numpy", "scipy", "numba"
     metavar="NAME|all",
     help="Hold a metric or representation, or all that are installed, against the rules.",
 )
-@click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout, or per NAME.")
-def command(clear_cache: bool, names: tuple[str, ...], as_json: bool) -> None:
+def command(clear_cache: bool, names: tuple[str, ...], out: Output) -> None:
     """Mitsuba's variants, LLVM, memory, disk, cache, processor and versions.
 
     Grown trees, their tables and compiled kernels are kept so that commands start at once. Nothing
     needs them. LODBENCH_CACHE names another folder.
     """
     if names:
-        _check(names, as_json)
+        _check(names, out)
         return
     if clear_cache:
         _clear_cache()
-    with output(as_json) as out:
-        found = examine()
-        out.record(found)
-        _say(out, found)
+    found = examine()
+    out.record(found)
+    _say(out, found)
 
 
 def examine() -> dict[str, Any]:
@@ -120,7 +118,7 @@ def _clear_cache() -> None:
     clear_cache(folder)
 
 
-def _check(names: tuple[str, ...], as_json: bool) -> None:
+def _check(names: tuple[str, ...], out: Output) -> None:
     from bench.conformance import broken_metric_rules, broken_plugin_rules
     from lod.metric import METRICS
     from scenes.plugins import METRIC, REPRESENTATION, installed
@@ -142,20 +140,19 @@ def _check(names: tuple[str, ...], as_json: bool) -> None:
             raise InputError("--check", name, rule, "see `lodbench list`")
         chosen += found
     failed = []
-    with output(as_json) as out:
-        for kind, name in chosen:
-            try:
-                broken = rules[kind](name)
-            except InputError as error:
-                broken = {"can be used": [str(error)]}
-            wrong = {rule: lines for rule, lines in broken.items() if lines}
-            out.record({"name": name, "kind": kind, "broken": wrong})
-            rows = [
-                (rule, "kept" if not lines else line)
-                for rule, lines in broken.items()
-                for line in lines or [""]
-            ]
-            out.say(f"{name}, a {kind}\n{table(rows)}")
-            failed += [name] if wrong else []
+    for kind, name in chosen:
+        try:
+            broken = rules[kind](name)
+        except InputError as error:
+            broken = {"can be used": [str(error)]}
+        wrong = {rule: lines for rule, lines in broken.items() if lines}
+        out.record({"name": name, "kind": kind, "broken": wrong})
+        rows = [
+            (rule, "kept" if not lines else line)
+            for rule, lines in broken.items()
+            for line in lines or [""]
+        ]
+        out.say(f"{name}, a {kind}\n{table(rows)}")
+        failed += [name] if wrong else []
     if failed:
         raise click.ClickException(f"{', '.join(failed)}: not as the rules have it")

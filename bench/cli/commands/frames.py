@@ -13,7 +13,9 @@ from scenes.files import check_pattern
 _NOT_FOR_ONE = ("cluster", "preview")
 
 
-@click.command("frames", cls=StrictCommand, context_settings={"ignore_unknown_options": True})
+@click.command(
+    "frames", cls=StrictCommand, json="", context_settings={"ignore_unknown_options": True}
+)
 @click.option("--print-commands", is_flag=True, required=True, help="One line for each frame.")
 @click.argument("words", metavar="PRESET -o OUT/NAME.####.exr …", nargs=-1, type=click.UNPROCESSED)
 def command(print_commands: bool, words: tuple[str, ...]) -> None:

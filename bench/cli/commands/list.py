@@ -8,11 +8,11 @@ from typing import Any
 import click
 
 from bench.cli.flags import StrictCommand
-from bench.cli.output import output, table, tell_first_run
+from bench.cli.output import Output, table, tell_first_run
 from lod.errors import InputError
 
 
-@click.command("list", cls=StrictCommand)
+@click.command("list", cls=StrictCommand, json="One JSON object on stdout, or per object.")
 @click.option(
     "--keys",
     "preset",
@@ -25,17 +25,16 @@ from lod.errors import InputError
     "--objects", "frame", metavar="OUT/NAME.0001.exr", help="The objects of a rendered frame."
 )
 @click.option("--object", "only", type=int, multiple=True, help="With --objects, only this id.")
-@click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout, or per object.")
-def command(preset: str | None, frame: str | None, only: tuple[int, ...], as_json: bool) -> None:
+def command(preset: str | None, frame: str | None, only: tuple[int, ...], out: Output) -> None:
     """Presets, metrics, what other packages bring, your models and experiments.
 
     --objects: species, cell, number and 128-bit key of each object that a frame displays.
     """
     if preset is not None:
-        _keys(preset, as_json)
+        _keys(preset, out)
         return
     if frame is not None:
-        _objects(Path(frame), only, as_json)
+        _objects(Path(frame), only, out)
         return
     from bench.experiment import experiments
     from lod.metric import METRICS, Metric
@@ -57,14 +56,13 @@ def command(preset: str | None, frame: str | None, only: tuple[int, ...], as_jso
             for topic, told in each.topics.items()
         },
     }
-    with output(as_json) as out:
-        out.record(sections)
-        for title, entries in sections.items():
-            if entries:
-                out.say(f"{title}\n{table(entries.items())}")
+    out.record(sections)
+    for title, entries in sections.items():
+        if entries:
+            out.say(f"{title}\n{table(entries.items())}")
 
 
-def _keys(preset: str, as_json: bool) -> None:
+def _keys(preset: str, out: Output) -> None:
     from scenes.presets.load import key_entries, load_preset, preset_values
 
     rows: list[tuple[Any, ...]]
@@ -79,9 +77,8 @@ def _keys(preset: str, as_json: bool) -> None:
         for e in entries:
             default = "required" if e.required else _text(e.default)
             rows.append((e.name, e.kind, e.unit, e.range, default, e.about))
-    with output(as_json) as out:
-        out.record({"keys": data})
-        out.say(table(rows))
+    out.record({"keys": data})
+    out.say(table(rows))
 
 
 def _text(value: Any) -> str:
@@ -91,7 +88,7 @@ def _text(value: Any) -> str:
     return json.dumps(value) if not isinstance(value, str) else value
 
 
-def _objects(path: Path, only: tuple[int, ...], as_json: bool) -> None:
+def _objects(path: Path, only: tuple[int, ...], out: Output) -> None:
     from scenes.render.budget import preflight
     from scenes.render.exr.header import preset_from_settings
     from scenes.render.exr.sequence import read_whole
@@ -107,10 +104,9 @@ def _objects(path: Path, only: tuple[int, ...], as_json: bool) -> None:
         rule = f"an id.object that {path} displays"
         raise InputError("--object", unknown[0], rule, "leave it out to list them")
     rows: list[tuple[Any, ...]] = [("object", "of", "cell", "index", "key")]
-    with output(as_json) as out:
-        for each in found:
-            if not only or each.object in only:
-                out.record(dataclasses.asdict(each))
-                cell = "–" if each.cell is None else f"{each.cell[0]},{each.cell[1]}"
-                rows.append((each.object, each.of, cell, each.index, each.key or "–"))
-        out.say(table(rows))
+    for each in found:
+        if not only or each.object in only:
+            out.record(dataclasses.asdict(each))
+            cell = "–" if each.cell is None else f"{each.cell[0]},{each.cell[1]}"
+            rows.append((each.object, each.of, cell, each.index, each.key or "–"))
+    out.say(table(rows))

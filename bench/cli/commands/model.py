@@ -9,7 +9,7 @@ import numpy as np
 from PIL import Image
 
 from bench.cli.flags import StrictCommand
-from bench.cli.output import Output, output, table
+from bench.cli.output import Output, table
 from lod.air import CLEAR
 from lod.camera import Camera, Corner, camera_from_heading
 from lod.errors import InputError
@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from scenes.imported.part_tree import PartTree
 
 
-_json = click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
 _sheet = click.option(
     "-o", "sheet", metavar="SHEET.png", help="Where a picture of every level goes."
 )
@@ -43,75 +42,67 @@ def command() -> None:
 @click.option("--name", metavar="NAME", help="What presets call it; by default as the file.")
 @click.option("--overwrite", is_flag=True, help="Replace a model of that name.")
 @_sheet
-@_json
-def add(file: str, name: str | None, overwrite: bool, sheet: str | None, as_json: bool) -> None:
+def add(file: str, name: str | None, overwrite: bool, sheet: str | None, out: Output) -> None:
     """Read and check a .usd, .usda, .usdc, .usdz, .gltf or .glb file, and keep it as a model."""
     from scenes.imported.library import keep_model, place_of_model, read_model
 
-    with output(as_json) as out:
-        tree = read_model(Path(file), out.note)
-        called = name or Path(file).stem
-        path = place_of_model(called, overwrite)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        _picture(out, called, tree, Path(sheet) if sheet else path.with_suffix(".png"))
-        keep_model(called, tree, overwrite)  # last: a command that fails keeps nothing
-        _tell(out, called, tree)
-        out.note(f"{path} holds it: a preset's species has it by model = {called!r}")
+    tree = read_model(Path(file), out.note)
+    called = name or Path(file).stem
+    path = place_of_model(called, overwrite)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    _picture(out, called, tree, Path(sheet) if sheet else path.with_suffix(".png"))
+    keep_model(called, tree, overwrite)  # last: a command that fails keeps nothing
+    _tell(out, called, tree)
+    out.note(f"{path} holds it: a preset's species has it by model = {called!r}")
 
 
 @command.command("list", cls=StrictCommand)
-@_json
-def list_models(as_json: bool) -> None:
+def list_models(out: Output) -> None:
     """Models that were added, a line each."""
     from scenes.imported.library import user_model
     from scenes.model_files import models_folder, user_model_names
 
-    with output(as_json) as out:
-        found = {}
-        for name in user_model_names():
-            try:
-                found[name] = _facts(user_model(name))
-            except (InputError, OSError) as error:
-                out.note(f"lodbench: {error}")
-        out.record({"models": found})
-        rows = [
-            (name, each["parts"], each["levels"], each["triangles"], each["height_m"])
-            for name, each in found.items()
-        ]
-        if rows:
-            out.say(table([("model", "parts", "levels", "triangles", "height [m]"), *rows]))
-        else:
-            out.say(f"none in {models_folder()}: `lodbench model add FILE` adds one")
+    found = {}
+    for name in user_model_names():
+        try:
+            found[name] = _facts(user_model(name))
+        except (InputError, OSError) as error:
+            out.note(f"lodbench: {error}")
+    out.record({"models": found})
+    rows = [
+        (name, each["parts"], each["levels"], each["triangles"], each["height_m"])
+        for name, each in found.items()
+    ]
+    if rows:
+        out.say(table([("model", "parts", "levels", "triangles", "height [m]"), *rows]))
+    else:
+        out.say(f"none in {models_folder()}: `lodbench model add FILE` adds one")
 
 
 @command.command("show", cls=StrictCommand)
 @click.argument("model", metavar="NAME|FILE")
 @_sheet
-@_json
-def show(model: str, sheet: str | None, as_json: bool) -> None:
+def show(model: str, sheet: str | None, out: Output) -> None:
     """What a model holds, level by level; a file is read and checked, and not kept."""
     from scenes.imported.library import read_model, user_model
     from scenes.model_files import is_model_file
 
-    with output(as_json) as out:
-        is_file = is_model_file(model) or "/" in model
-        tree = read_model(Path(model), out.note) if is_file else user_model(model)
-        _tell(out, model, tree)
-        if sheet:
-            _picture(out, model, tree, Path(sheet))
+    is_file = is_model_file(model) or "/" in model
+    tree = read_model(Path(model), out.note) if is_file else user_model(model)
+    _tell(out, model, tree)
+    if sheet:
+        _picture(out, model, tree, Path(sheet))
 
 
 @command.command("remove", cls=StrictCommand)
 @click.argument("name", metavar="NAME")
-@_json
-def remove(name: str, as_json: bool) -> None:
+def remove(name: str, out: Output) -> None:
     """Remove a model that was added; presets that name it are refused from then on."""
     from scenes.imported.library import remove_model
 
-    with output(as_json) as out:
-        remove_model(name)
-        out.record({"removed": name})
-        out.say(f"{name} is removed")
+    remove_model(name)
+    out.record({"removed": name})
+    out.say(f"{name} is removed")
 
 
 def _picture(out: Output, name: str, tree: "PartTree", path: Path) -> None:

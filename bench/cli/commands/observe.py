@@ -10,7 +10,7 @@ from typing import Any
 import click
 
 from bench.cli.flags import StrictCommand, memory_flag_of_all
-from bench.cli.output import output, progress_bar, table, tell_first_run
+from bench.cli.output import Output, progress_bar, table, tell_first_run
 from lod.errors import InputError
 from scenes.files import make_folder, write_text
 
@@ -36,7 +36,6 @@ def plan_of(folder: str) -> dict[str, Any]:
     return plan
 
 
-_JSON = click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
 _OUT = click.option("-o", "folder", required=True, metavar="DIR", help="Folder of what is written.")
 _MANY = click.IntRange(0, 9999)
 
@@ -49,9 +48,8 @@ _MANY = click.IntRange(0, 9999)
 @click.option("--small", is_flag=True, help="The six conditions that try the program, not all 36.")
 @click.option("--cluster", metavar="N|ADDRESS|FILE", help="Workers here, or a Dask scheduler.")
 @memory_flag_of_all
-@_JSON
 def make_command(
-    folder: str, small: bool, cluster: str | None, as_json: bool, **pictures: Any
+    folder: str, small: bool, cluster: str | None, out: Output, **pictures: Any
 ) -> None:
     """Render the pairs, and write the page DIR/index.html, which works offline.
 
@@ -69,7 +67,7 @@ def make_command(
     how.preset(conditions[0], 1.0)  # which refuses a size that cannot be
     needed_ffmpeg()
     place, need = make_folder(folder, "DIR").resolve(), power(len(conditions), ObserverModel())
-    with output(as_json) as out, dask_executor(cluster, out.note) as spread:
+    with dask_executor(cluster, out.note) as spread:
         tell_first_run()
         foreseen = how.estimated_seconds(conditions)
         out.note(f"lodbench: about {foreseen / 7200:.1f} h on two cores to render all")
@@ -89,8 +87,7 @@ def make_command(
 @click.argument("files", metavar="FILES...", nargs=-1, required=True)
 @click.option("--of", required=True, metavar="DIR", help="Folder of the experiment.")
 @_OUT
-@_JSON
-def fit_command(files: tuple[str, ...], of: str, folder: str, as_json: bool) -> None:
+def fit_command(files: tuple[str, ...], of: str, folder: str, out: Output) -> None:
     """Fit the answers in result files: τ75 by observer and by condition, and write a record."""
     from bench.experiments.observers import answers_record
     from bench.observers.results import read_results
@@ -101,26 +98,23 @@ def fit_command(files: tuple[str, ...], of: str, folder: str, as_json: bool) -> 
     why = {each.observer: each.excluded(plan) for each in sessions}
     used = [each for each in sessions if not why[each.observer]]
     excluded = {str(observer): reason for observer, reason in why.items() if reason}
-    with output(as_json) as out:
-        for line in refused:
-            out.note(f"lodbench: {line}")
-        for observer, reason in excluded.items():
-            out.note(f"lodbench: observer {observer} is excluded: {reason}")
-        notes = {
-            "excluded": dict(Counter(excluded.values())),
-            "files_refused": len(refused),
-            "simulated": sum(each.session.startswith("simulated") for each in used),
-        }
-        record = answers_record(used, plan, notes)
-        path = write_record(record, place)
-        claims = [each.as_json() for each in record.claims]
-        told = {"excluded": excluded, "refused": refused, "claims": claims}
-        out.record({"record": str(path), "observers": len(used), **told})
-        rows = [("verdict", "pictures", "τ75 [px]", "observers")]
-        rows += [
-            (c.verdict_text, c.where, c.measured_text, str(c.replicates)) for c in record.claims
-        ]
-        out.say(f"{path}: {len(used)} of {len(sessions)} observers\n{table(rows)}")
+    for line in refused:
+        out.note(f"lodbench: {line}")
+    for observer, reason in excluded.items():
+        out.note(f"lodbench: observer {observer} is excluded: {reason}")
+    notes = {
+        "excluded": dict(Counter(excluded.values())),
+        "files_refused": len(refused),
+        "simulated": sum(each.session.startswith("simulated") for each in used),
+    }
+    record = answers_record(used, plan, notes)
+    path = write_record(record, place)
+    claims = [each.as_json() for each in record.claims]
+    told = {"excluded": excluded, "refused": refused, "claims": claims}
+    out.record({"record": str(path), "observers": len(used), **told})
+    rows = [("verdict", "pictures", "τ75 [px]", "observers")]
+    rows += [(c.verdict_text, c.where, c.measured_text, str(c.replicates)) for c in record.claims]
+    out.say(f"{path}: {len(used)} of {len(sessions)} observers\n{table(rows)}")
 
 
 @command.command("simulate", cls=StrictCommand)
@@ -129,9 +123,8 @@ def fit_command(files: tuple[str, ...], of: str, folder: str, as_json: bool) -> 
 @click.option("--guessers", type=_MANY, default=0, metavar="N", help="So many more only guess.")
 @click.option("--seed", type=click.IntRange(0, 2**32 - 1), default=0, help="0 by default.")
 @_OUT
-@_JSON
 def simulate_command(
-    experiment: str, observers: int, guessers: int, seed: int, folder: str, as_json: bool
+    experiment: str, observers: int, guessers: int, seed: int, folder: str, out: Output
 ) -> None:
     """Send observers of a stated model through the protocol, and write files as the page does."""
     from bench.observers.psychometric import GUESS
@@ -144,6 +137,5 @@ def simulate_command(
     for content in simulated_sessions(plan, lapse, model, seed):
         paths.append(place / f"observer-{content['observer']:04d}-{content['session']}.json")
         write_text(paths[-1], result_text(content))
-    with output(as_json) as out:
-        out.record({"files": [str(each) for each in paths], "model": asdict(model)})
-        out.say(f"{folder}: {len(paths)} files of simulated observers; nobody has looked")
+    out.record({"files": [str(each) for each in paths], "model": asdict(model)})
+    out.say(f"{folder}: {len(paths)} files of simulated observers; nobody has looked")

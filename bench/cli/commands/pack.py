@@ -6,16 +6,13 @@ from typing import Any
 import click
 
 from bench.cli.flags import StrictCommand, memory_flag
-from bench.cli.output import output, progress_bar, tell_first_run
+from bench.cli.output import Output, progress_bar, tell_first_run
 from scenes.files import make_folder
 
 
 @click.group("pack")
 def command() -> None:
     """Write a workload for other programs, in USD, pbrt and a hierarchy; docs/packs.md."""
-
-
-_JSON = click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
 
 
 @command.command("make", cls=StrictCommand)
@@ -25,7 +22,6 @@ _JSON = click.option("--json", "as_json", is_flag=True, help="One JSON object on
 @click.option("--size", metavar="WxH", default="640x360", show_default=True, help="Of the still.")
 @click.option("--spp", type=click.IntRange(1, 2**16), default=512, show_default=True, metavar="N")
 @memory_flag
-@_JSON
 def make_command(
     name: str,
     folder: str,
@@ -33,7 +29,7 @@ def make_command(
     size: str,
     spp: int,
     max_memory: int | None,
-    as_json: bool,
+    out: Output,
 ) -> None:
     """Make a pack: NAME is WORLD-SIZE, as crowd-small, meadow-medium, forest-large, mountain-small.
 
@@ -48,17 +44,16 @@ def make_command(
     chosen = load_preset(preset, (*settings, f"render.size={size}")).render.size
     check_usd(Path(folder) / "scene.usda", True)
     place = make_folder(folder)
-    with output(as_json) as out:
-        tell_first_run()
-        with progress_bar("file") as progress:
-            found = make_pack(place, Recipe(name, chosen, spp), walk, max_memory, progress)
-        still: dict[str, Any] = found["references"]["still"]
-        out.record({"folder": str(place), **found})
-        out.say(
-            f"{place}: {found['instances']:,} copies, {found['sticks']:,} sticks, "
-            f"{found['triangles']:,} triangles; noise of the reference: FLIP "
-            f"{still['noise']['flip']:.4f}"
-        )
+    tell_first_run()
+    with progress_bar("file") as progress:
+        found = make_pack(place, Recipe(name, chosen, spp), walk, max_memory, progress)
+    still: dict[str, Any] = found["references"]["still"]
+    out.record({"folder": str(place), **found})
+    out.say(
+        f"{place}: {found['instances']:,} copies, {found['sticks']:,} sticks, "
+        f"{found['triangles']:,} triangles; noise of the reference: FLIP "
+        f"{still['noise']['flip']:.4f}"
+    )
 
 
 @command.command("render", cls=StrictCommand)
@@ -69,7 +64,6 @@ def make_command(
 @click.option("--spp", type=click.IntRange(1, 2**16), default=64, show_default=True, metavar="N")
 @click.option("--seed", type=click.IntRange(0, 2**31), default=0, show_default=True, metavar="N")
 @click.option("--overwrite", is_flag=True, help="Replace a file that is there.")
-@_JSON
 def render_command(
     folder: str,
     kept: str,
@@ -78,7 +72,7 @@ def render_command(
     spp: int,
     seed: int,
     overwrite: bool,
-    as_json: bool,
+    out: Output,
 ) -> None:
     """Render the parts of a pack that a method in another language kept."""
     from bench.packs.kept import render_kept
@@ -88,11 +82,10 @@ def render_command(
     check_name(path)
     check_free(path, overwrite)
     make_folder(Path(path).parent)
-    with output(as_json) as out:
-        tell_first_run()
-        layers, counts = render_kept(Path(folder), Path(kept), frame or 0, spp, seed)
-        channels = {name: layers.rgb[..., k] for k, name in enumerate("RGB")}
-        with whole_file(path, overwrite) as temporary:
-            write_channels(temporary, {**channels, "Z": layers.Z})
-        out.record({"path": path, **counts, "seconds": layers.seconds})
-        out.say(f"{path}: {counts['parts']:,} parts, {counts['sticks']:,} sticks")
+    tell_first_run()
+    layers, counts = render_kept(Path(folder), Path(kept), frame or 0, spp, seed)
+    channels = {name: layers.rgb[..., k] for k, name in enumerate("RGB")}
+    with whole_file(path, overwrite) as temporary:
+        write_channels(temporary, {**channels, "Z": layers.Z})
+    out.record({"path": path, **counts, "seconds": layers.seconds})
+    out.say(f"{path}: {counts['parts']:,} parts, {counts['sticks']:,} sticks")

@@ -22,7 +22,7 @@ from bench.cli.flags import (
     value_option,
     view_flags,
 )
-from bench.cli.output import Output, frame_progress, output, tell_first_run
+from bench.cli.output import Output, frame_progress, tell_first_run
 from scenes.files import check_ours, check_pattern, frame_path
 from scenes.presets.schema import Preset
 from scenes.render.pictures import PictureStyle
@@ -31,6 +31,7 @@ from scenes.render.pictures import PictureStyle
 @click.command(
     "render",
     cls=StrictCommand,
+    json="A JSON object per frame on stdout.",
     epilog="Examples: lodbench render meadow -o out/a.####.exr --preview; lodbench render fly_in"
     " -o fly/f.####.exr --frames 1-24 --size 640x360 --visibility 2km --motion --preview",
 )
@@ -59,7 +60,6 @@ from scenes.render.pictures import PictureStyle
 @click.option(
     "--cluster", metavar="N|ADDRESS|FILE", help="Workers to start here, or a Dask scheduler."
 )
-@click.option("--json", "as_json", is_flag=True, help="A JSON object per frame on stdout.")
 def command(
     preset: str,
     pattern: str,
@@ -74,7 +74,7 @@ def command(
     max_memory: int | None,
     reference: bool,
     cluster: str | None,
-    as_json: bool,
+    out: Output,
     **flags: Any,
 ) -> None:
     """Prune, render and write frames: colour, depth, normals, albedo and ids."""
@@ -93,26 +93,25 @@ def command(
         chosen = reference_preset(chosen, sorted(set(some)), max_memory, tell)
     settings = settled(chosen, pattern, numbers, max_memory, tell)
     workers = Workers(threads, max_memory, cluster)
-    with output(as_json) as out:
-        records: list[dict[str, Any]] = []
-        tell_first_run()
-        with _counted(out, records), frame_progress(len(numbers)) as progress:
-            for record in render_files(
-                settings, pattern, numbers, workers, overwrite, progress.show_samples, out.note
-            ):
-                records.append(record)
-                progress.clear()
-                if "error" in record:
-                    out.note(f"lodbench: {record['path']}: {record['error']}")
-                else:
-                    out.record(record)
-                    out.say(_line(record))
-                progress.finish_frame(record)
-        done = [Path(record["path"]) for record in records if "error" not in record]
-        failed = [record for record in records if "error" in record]
-        pictures = _preview(out, chosen, pattern, done, look) if preview and done else []
-        end = {"done": len(done), "failed": len(failed), "failures": failed}
-        out.record({**end, "previews": pictures})
+    records: list[dict[str, Any]] = []
+    tell_first_run()
+    with _counted(out, records), frame_progress(len(numbers)) as progress:
+        for record in render_files(
+            settings, pattern, numbers, workers, overwrite, progress.show_samples, out.note
+        ):
+            records.append(record)
+            progress.clear()
+            if "error" in record:
+                out.note(f"lodbench: {record['path']}: {record['error']}")
+            else:
+                out.record(record)
+                out.say(_line(record))
+            progress.finish_frame(record)
+    done = [Path(record["path"]) for record in records if "error" not in record]
+    failed = [record for record in records if "error" in record]
+    pictures = _preview(out, chosen, pattern, done, look) if preview and done else []
+    end = {"done": len(done), "failed": len(failed), "failures": failed}
+    out.record({**end, "previews": pictures})
     if failed:
         first = "; ".join(f"frame {each['frame']}: {each['error']}" for each in failed[:3])
         raise click.ClickException(f"{len(failed)} of {len(numbers)} frames failed: {first}")

@@ -11,7 +11,7 @@ import click
 from click.shell_completion import CompletionItem
 
 from bench.cli.flags import StrictCommand, memory_flag_of_all, value_option
-from bench.cli.output import Output, duration_text, output, progress_bar, table
+from bench.cli.output import Output, duration_text, progress_bar, table
 from bench.runs import CaseExecutor, dask_executor
 from lod.errors import InputError
 from scenes.files import make_folder
@@ -30,7 +30,7 @@ def _complete(_: click.Context, __: click.Parameter, begun: str) -> list[Complet
     return [CompletionItem(name) for name in (*sorted(names), ALL) if name.startswith(begun)]
 
 
-@click.command("run", cls=StrictCommand)
+@click.command("run", cls=StrictCommand, json="One JSON object per experiment on stdout.")
 @click.argument("experiments", metavar="EXPERIMENT...|all", nargs=-1, shell_complete=_complete)
 @click.option("--quick", is_flag=True, help="Fewer points and fields: minutes instead of hours.")
 @click.option("--seed", type=click.IntRange(0, LARGEST_SEED), default=0, help="0 by default.")
@@ -50,7 +50,6 @@ def _complete(_: click.Context, __: click.Parameter, begun: str) -> list[Complet
 @click.option("--baseline", metavar="JSON", help="Record of blake; by default the published one.")
 @click.option("--diagnose", is_flag=True, help="Render likely mistakes from the pack's recipe.")
 @memory_flag_of_all
-@click.option("--json", "as_json", is_flag=True, help="One JSON object per experiment on stdout.")
 def command(
     experiments: tuple[str, ...],
     quick: bool,
@@ -61,7 +60,7 @@ def command(
     stems: str | None,
     cluster: str | None,
     words: str | None,
-    as_json: bool,
+    out: Output,
     **of_program: Any,
 ) -> None:
     """Run experiments; each writes one record (JSON) and says in a few lines what was found.
@@ -73,11 +72,11 @@ def command(
     from bench.runs import journal
 
     if words is not None:
-        _run_program(experiments, words, folder, as_json, **of_program)
+        _run_program(experiments, words, folder, out, **of_program)
         return
     asked = _asked(experiments, cluster, quick, seed, metric, stems)
     place = make_folder(folder)
-    with output(as_json) as out, owned(place, uuid.uuid4().hex, "measures there", out.note):
+    with owned(place, uuid.uuid4().hex, "measures there", out.note):
         kept = journal(place)
         if again:
             for each in asked:
@@ -92,7 +91,7 @@ def _run_program(
     named: tuple[str, ...],
     words: str,
     folder: str,
-    as_json: bool,
+    out: Output,
     pack: str | None,
     settings: str | None,
     repeats: int | None,
@@ -114,7 +113,7 @@ def _run_program(
     words_of(words, dict.fromkeys(NAMES, "x"))
     texts: dict[str, Any] = {name: rest.pop(name) or "unnamed" for name in ("who", "program")}
     place = make_folder(folder)
-    with output(as_json) as out, owned(place, uuid.uuid4().hex, "measures there", out.note):
+    with owned(place, uuid.uuid4().hex, "measures there", out.note):
         with progress_bar("call") as show:
             path, record = run_program(
                 Path(pack), words, knob, repeats or 3, place, **texts, **rest, show=show

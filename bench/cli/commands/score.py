@@ -5,11 +5,11 @@ from pathlib import Path
 import click
 
 from bench.cli.flags import StrictCommand
-from bench.cli.output import output, progress_bar
+from bench.cli.output import Output, progress_bar
 from scenes.files import make_folder
 
 
-@click.command("score", cls=StrictCommand)
+@click.command("score", cls=StrictCommand, json="The record on stdout.")
 @click.argument("paths", metavar="EXR...", nargs=-1, required=True)
 @click.option("--pack", required=True, metavar="DIR", help="The pack that they are pictures of.")
 @click.option("--seconds", type=click.FloatRange(0, min_open=True), help="What they took: told.")
@@ -21,7 +21,6 @@ from scenes.files import make_folder
 @click.option("--diagnose", is_flag=True, help="Render likely mistakes from the pack's recipe.")
 @click.option("--check", metavar="JSON", help="A record whose pictures these are: is it true?")
 @click.option("-o", "folder", metavar="DIR", help="Folder for the record and its page.")
-@click.option("--json", "as_json", is_flag=True, help="The record on stdout.")
 def command(
     paths: tuple[str, ...],
     pack: str,
@@ -34,7 +33,7 @@ def command(
     diagnose: bool,
     check: str | None,
     folder: str | None,
-    as_json: bool,
+    out: Output,
 ) -> None:
     """Score pictures of a pack: validity, errors, and the time to blake's error at one pixel.
 
@@ -57,17 +56,16 @@ def command(
             raise click.ClickException("; ".join(wrong))
         click.echo(f"{check}: {len(paths)} pictures scored again, and the record is true")
         return
-    with output(as_json) as out:
-        with progress_bar("step") as show:
-            show(0, 1, "judging pictures")
-            found = judged(paths, pack, diagnose)
-        told = {"seconds": seconds, "peak_bytes": held, "repeat": 0}
-        row = setting_row(setting, found, [told], list(views_of(paths).values()))
-        beside = published_baseline(pack, baseline)
-        record = record_of(pack, who, program, "reported", [row], beside)
-        out.record(record)
-        out.say(page(record))
-        if folder is not None:
-            out.note(str(write_record(make_folder(folder), record, paths, Path(pack))))
+    with progress_bar("step") as show:
+        show(0, 1, "judging pictures")
+        found = judged(paths, pack, diagnose)
+    told = {"seconds": seconds, "peak_bytes": held, "repeat": 0}
+    row = setting_row(setting, found, [told], list(views_of(paths).values()))
+    beside = published_baseline(pack, baseline)
+    record = record_of(pack, who, program, "reported", [row], beside)
+    out.record(record)
+    out.say(page(record))
+    if folder is not None:
+        out.note(str(write_record(make_folder(folder), record, paths, Path(pack))))
     if any(each.void for each in found.values()):
         raise click.ClickException(f"void: {next(e.void for e in found.values() if e.void)}")

@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from bench.cli.flags import StrictCommand, memory_flag, preset_from_flags, view_flags
-from bench.cli.output import output, progress_bar, tell_first_run
+from bench.cli.output import Output, progress_bar, tell_first_run
 from lod.errors import InputError
 from scenes.files import LAST_FRAME, make_folder
 
@@ -18,13 +18,12 @@ from scenes.files import LAST_FRAME, make_folder
 @click.option("-o", "path", required=True, metavar="OUT.usdc", help="A .usda, .usdc or .usd file.")
 @click.option("--frame", type=click.IntRange(1, LAST_FRAME), default=1, show_default=True)
 @click.option("--overwrite", is_flag=True, help="Replace a file that is there.")
-@click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
 def command(
     preset: str,
     path: str,
     frame: int,
     overwrite: bool,
-    as_json: bool,
+    out: Output,
     max_memory: int | None,
     **flags: Any,
 ) -> None:
@@ -43,16 +42,15 @@ def command(
         raise InputError(f"camera.{key}", getattr(chosen.camera, key), rule, cure)
     chosen = within_budget(chosen, (frame,), max_memory, partial(click.echo, err=True))
     make_folder(Path(path).parent)
-    with output(as_json) as out:
-        with progress_bar("step") as show:
-            show(0, 3, "memory")
-            scene = Scene(chosen)
-            preflight(scene, (frame,), max_memory, SCALAR_VARIANT)
-            show(1, 3, "cut")
-            made = scene.input(frame, SCALAR_VARIANT)
-            notes = {"lod:frame": str(frame), "lod:seed": str(chosen.seed)}
-            notes["lod:air"] = chosen.air.model_dump_json()
-            show(2, 3, "file")
-            counts = write_usd(path, made, notes, overwrite)
-        out.record({"frame": frame, "path": path, **counts})
-        out.say(f"{path}  {counts['sticks']:,} sticks, {counts['triangles']:,} triangles")
+    with progress_bar("step") as show:
+        show(0, 3, "memory")
+        scene = Scene(chosen)
+        preflight(scene, (frame,), max_memory, SCALAR_VARIANT)
+        show(1, 3, "cut")
+        made = scene.input(frame, SCALAR_VARIANT)
+        notes = {"lod:frame": str(frame), "lod:seed": str(chosen.seed)}
+        notes["lod:air"] = chosen.air.model_dump_json()
+        show(2, 3, "file")
+        counts = write_usd(path, made, notes, overwrite)
+    out.record({"frame": frame, "path": path, **counts})
+    out.say(f"{path}  {counts['sticks']:,} sticks, {counts['triangles']:,} triangles")

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from bench.cli.flags import StrictCommand, frame_numbers, memory_flag
-from bench.cli.output import Output, frame_progress, output, progress_bar
+from bench.cli.output import Output, frame_progress, progress_bar
 
 if TYPE_CHECKING:
     from scenes.render.exr.sequence import Checked, Job
     from scenes.render.render_files import Workers
 
 
-@click.command("verify", cls=StrictCommand)
+@click.command("verify", cls=StrictCommand, json="A JSON object for each wrong file.")
 @click.argument("folder", metavar="DIR")
 @click.option(
     "--repair", is_flag=True, help="Render again what is wrong or missing, remove partial files."
@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     "--cluster", metavar="N|ADDRESS|FILE", help="Workers that repair: as many here, or Dask's."
 )
 @memory_flag
-@click.option("--json", "as_json", is_flag=True, help="A JSON object for each wrong file.")
 def command(
     folder: str,
     repair: bool,
@@ -35,18 +34,17 @@ def command(
     threads: int,
     cluster: str | None,
     max_memory: int | None,
-    as_json: bool,
+    out: Output,
 ) -> None:
     """Hashes, headers, sizes, channels, NaN, infinite and negative values, gaps, partial files."""
     from scenes.render.render_files import Workers
 
     numbers = frame_numbers(frames) if frames else None
-    with output(as_json) as out:
-        count, wrong = _check(out, Path(folder), numbers)
-        workers = Workers(threads, max_memory, cluster)
-        left = _repair(out, Path(folder), wrong, workers) if repair and wrong else wrong
-        out.record({"frames": count, "wrong": len(wrong), "repaired": len(wrong) - len(left)})
-        out.say(_summary(count, wrong, left))
+    count, wrong = _check(out, Path(folder), numbers)
+    workers = Workers(threads, max_memory, cluster)
+    left = _repair(out, Path(folder), wrong, workers) if repair and wrong else wrong
+    out.record({"frames": count, "wrong": len(wrong), "repaired": len(wrong) - len(left)})
+    out.say(_summary(count, wrong, left))
     if left:
         raise click.ClickException(_verdict(left, repair))
 

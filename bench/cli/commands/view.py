@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 from bench.cli.flags import StrictCommand, picture_flags
-from bench.cli.output import output
+from bench.cli.output import Output
 from scenes.files import check_ours
 
 
@@ -14,7 +14,6 @@ from scenes.files import check_ours
 @click.option("-o", "target", required=True, metavar="FILE.png", type=click.Path(path_type=Path))
 @picture_flags
 @click.option("--overwrite", is_flag=True, help="Replace a file that lodbench did not make.")
-@click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout.")
 def command(
     frame: Path,
     target: Path,
@@ -22,7 +21,7 @@ def command(
     view: str,
     exposure: float,
     overwrite: bool,
-    as_json: bool,
+    out: Output,
 ) -> None:
     """A frame as the picture that `render --preview` makes, and the factor on its light."""
     from scenes.render.exr.layer_file import read_exr
@@ -30,8 +29,7 @@ def command(
 
     look = PictureStyle(tone, exposure, view)
     check_ours([target], overwrite, "-o")
-    with output(as_json) as out:
-        factor = look.exposure_of(read_exr(frame)[0].rgb)
-        preview(frame, target, look)
-        out.record({"path": str(target), "exposure": factor, "tone": tone, "view": view})
-        out.say(f"{target}  light × {factor:.4g}, {tone}")
+    factor = look.exposure_of(read_exr(frame)[0].rgb)
+    preview(frame, target, look)
+    out.record({"path": str(target), "exposure": factor, "tone": tone, "view": view})
+    out.say(f"{target}  light × {factor:.4g}, {tone}")

@@ -16,6 +16,7 @@ from click.testing import CliRunner
 from hypothesis import given
 from hypothesis import strategies as st
 
+from bench.cli.flags import StrictCommand
 from bench.cli.output import TimeLeft, bars_are_shown, frame_progress, progress_bar, progress_shown
 from scenes.processes.progress import tell, work
 
@@ -71,9 +72,8 @@ def test_no_time_left_rises_by_more_than_a_tenth(estimates):
 
 @pytest.mark.parametrize(("flags", "shown"), [([], True), (["--json"], False)])
 def test_no_bar_stands_beside_json(flags, shown, monkeypatch):
-    @click.command()
-    @click.option("--json", "as_json", is_flag=True)
-    def command(as_json):
+    @click.command(cls=StrictCommand)
+    def command(out):
         monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
         assert bars_are_shown() is shown
         with progress_bar("step") as show, frame_progress(2) as frames:

@@ -13,7 +13,7 @@ from bench.experiments.popping import (
     CLIPPED,
     CLIPS,
     EXPERIMENT,
-    QUANTILES,
+    QUANTILE,
     SHIPPED,
     SHIPPED_WAYS,
     WALK_WAYS,
@@ -51,7 +51,7 @@ def switches_and_walks(switches=100.0, popped=0, worst=1.0):
     case = {"topic": "popping", "what": "switches", "species": "tree"}
     points = [Point(case, predictions({"switches": 100.0}), columns(samples))]
     for way, share in zip(WALK_WAYS, (0.001, 0.3 * worst, 1.0), strict=True):
-        rows = {q: [round(1e6 * share) + k for k in range(6)] for q in QUANTILES}
+        rows = {QUANTILE: [round(1e6 * share) + k for k in range(6)]}
         many = [popped, popped + 1, popped] if way == "clipped" else [popped] * 3
         changes = (Column("switched", row, {"quantile": q}) for q, row in rows.items())
         case = {"topic": "popping", "what": "walk", "way": way}

@@ -9,7 +9,6 @@ from bench.experiments.images import EXPERIMENT
 from bench.images.differences import (
     PAIR_BANDS,
     Looks,
-    bias,
     errors,
     picture_errors,
     reference_of,
@@ -76,30 +75,15 @@ def offset_by(offset, noise=0.02):
     return [noisy(100 + k, noise, offset).rgb.astype(np.float64) for k in range(PAIRS)]
 
 
-def test_bias_is_found_beneath_noise_four_times_as_large():
-    """A planted offset of 0.01 beneath noise of 0.04: the products find its square alone."""
-    known = whole(0.04)
-    wanted = np.mean((0.01 * known.exposure) ** 2 / (known.mean**2 + 0.01))
-    found = np.array(bias(offset_by(0.01, 0.04), known))
-    assert found.mean() == pytest.approx(wanted, abs=4 * found.std() / PAIRS**0.5)
-    none = np.array(bias(offset_by(0.0, 0.04), known))
-    assert abs(none.mean()) < wanted / 2
-
-
 def test_nothing_changed_measures_as_its_floor():
     known = whole()
-    found = Point({}, samples=picture_errors(list(known.same), known))
-    for name in ("flip", "ssim", "relmse"):
-        assert found.column(name) == found.column(f"{name}_floor")
-    assert found.column("relmse_bias") == [0] * PAIRS
-    for band in (b for b in PAIR_BANDS if found.column("pixels", band=b)[0]):
-        tested, same = (
-            found.column("luminance", picture=each, band=band) for each in ("tested", "reference")
-        )
-        assert tested == same
+    same = [noisy(2 * k).rgb.astype(np.float64) for k in range(PAIRS)]
+    found = Point({}, samples=picture_errors(same, known))
+    assert found.column("flip") == found.column("flip_floor")
+    counts = [found.column("pixels", band=band)[0] for band in PAIR_BANDS]
+    assert sum(counts) == SHAPE[0] * SHAPE[1] and counts[0] > 0
     worse = Point({}, samples=picture_errors(offset_by(0.2), known))
     assert min(worse.column("flip")) > max(worse.column("flip_floor"))
-    assert max(worse.column("ssim")) < min(worse.column("ssim_floor")) + 100_000
 
 
 def noisy_flip(error, k):

@@ -57,8 +57,7 @@ def point(arm, setting, excess, seconds, field=0, megabytes=100.0, cover=1.0):
     things cover in the farthest band that has any.
     """
     flip = Column("flip", [round(1e6 * (0.005 + excess))] * 2)
-    floor, ssim = Column("flip_floor", [5000] * 2), Column("ssim", [900_000] * 2)
-    ceiling = Column("flip_ceiling", [105_000] * 2)
+    floor, ceiling = Column("flip_floor", [5000] * 2), Column("flip_ceiling", [105_000] * 2)
     share = round(1e6 * seconds / len(STAGES))
     times = [Column("us", [share] * 3, {"stage": stage}) for stage in STAGES]
     held = Column("peak_bytes", [round(1e6 * megabytes)])
@@ -66,7 +65,7 @@ def point(arm, setting, excess, seconds, field=0, megabytes=100.0, cover=1.0):
     case |= {"setting": setting}
     shown = [*_shown("reference", 1.0), *_shown("tested", cover)]
     pixels = [Column("pixels", [1000], {"band": band}) for band in PAIR_BANDS]
-    samples = (flip, floor, ceiling, ssim, *times, held, *pixels, *shown, Column("sticks", [7]))
+    samples = (flip, floor, ceiling, *times, held, *pixels, *shown, Column("sticks", [7]))
     return Point(case, samples=samples)
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bench.statistics.fits import fit_exponent, noise_free
+from bench.statistics.estimates import fit_exponent, noise_free
 from lod.errors import InputError
 
 X = np.geomspace(1.0, 1000.0, 24)

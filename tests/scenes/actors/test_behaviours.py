@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.distance import pdist
 
 from lod.actors.object_with_parts import ask, change
-from scenes.actors.behaviours import BEHAVIOURS
+from scenes.actors.behaviours import BEHAVIOURS, BODY_M
 from scenes.actors.performance import YAW, X, Y
 from tests.scenes.actors.scene import ANN, JOE, acting_of, performance_of, preset
 
@@ -54,6 +55,15 @@ def test_who_walks_waves_to_whom_it_meets_and_lets_the_arm_go(waves):
     assert above[0] < -0.4
     assert held[45:].tolist() == [0] * 5
     assert (held.max(), above.max() > 0.0) == ((2, True) if waves else (0, False))
+
+
+def test_who_walk_in_a_square_keep_clear_of_each_other():
+    """Nobody comes nearer to another than two bodies' radii."""
+    options = {"side": 8.0, "centre_x": 0.0, "centre_y": 0.0, "waves": 0.0}
+    walkers = {"model": "figure", "count": 8, "side": 8.0, "behaviour": "walk", "options": options}
+    places = places_of({}, 24, troupes={"walker": walkers})
+    assert min(pdist(each[:, (X, Y)]).min() for each in places) >= 2 * BODY_M
+    assert speeds(places).max() > 0.5
 
 
 def test_who_follows_stays_a_step_behind_and_clear_of_the_leader():

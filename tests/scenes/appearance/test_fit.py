@@ -154,7 +154,6 @@ FITTED = {"area_share", "heights", "leaf_appearance", "lit", "lit_bare", "overla
 """Names under which fitted values stood in files, and under which fits have them now."""
 
 KINDS = {
-    "bench/workloads.json",
     "scenes/figures/animals/*.toml",
     "scenes/figures/*.toml",
     "scenes/trees/species/*.toml",

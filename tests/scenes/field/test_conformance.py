@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from bench.conformance import RULES, Subject, broken_rules
+from bench.conformance import RULES, Subject
 from lod.actors.actor import Quaternion
 from lod.actors.object_with_parts import ask, change
 from lod.camera import Corner, camera_from_heading
@@ -107,6 +107,10 @@ QUICK = ("rabbit", "walking ostrich", "swaying tree", "actor", "terrain", "flame
 each_subject = [
     pytest.param(name, marks=() if name in QUICK else pytest.mark.slow) for name in SUBJECTS
 ]
+
+
+def broken_rules(subject):
+    return [(name, found) for name, rule in RULES.items() for found in rule(subject)]
 
 
 @pytest.mark.parametrize("name", each_subject)

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bench.conformance import Subject, broken_rules
+from bench.conformance import RULES, Subject
 from lod.camera import Corner, camera_from_heading
 from lod.pruner import blend_weights, prune
 from lod.shapes import Mesh, MeshTable, SticksAndTriangles, triangle_areas
@@ -144,7 +144,8 @@ def in_field(name: str, tree: PartTree) -> Subject:
     ],
 )
 def test_it_keeps_every_rule(place, which: str, request: pytest.FixtureRequest) -> None:
-    assert broken_rules(place("it", request.getfixturevalue(which))) == []
+    subject = place("it", request.getfixturevalue(which))
+    assert [found for rule in RULES.values() for found in rule(subject)] == []
 
 
 def vertices_at(prototype: RiggedPrototype, time_s: float) -> np.ndarray:
