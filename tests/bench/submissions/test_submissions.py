@@ -246,6 +246,7 @@ def test_steps_of_chance_are_as_rare_as_the_level_says():
 
 
 def test_a_record_of_another_pack_is_refused(tmp_path):
-    (tmp_path / "pack.json").write_text("{}")
+    numbers = {"format": 1, "pack": "crowd-small", "references": {"still": {"spp": 64}}}
+    (tmp_path / "pack.json").write_text(json.dumps(numbers))
     with pytest.raises(InputError, match="a record of"):
         check_again(record(), [], tmp_path)
