@@ -324,16 +324,6 @@ def score(runs: Sequence[Timed], flip: float, baseline_s: float) -> Score:
     return Score(seconds / baseline_s)
 
 
-def overall(scores: Sequence[Score]) -> Score:
-    """Return the geometric mean over worlds; NaN where one of them has none."""
-    ratios = [each.ratio for each in scores]
-    if not ratios or not all(map(math.isfinite, ratios)):
-        told = next((s.told for s in scores if not math.isfinite(s.ratio)), "no world")
-        return Score(math.nan, told)
-    bound = next((each.told for each in scores if each.told), "")
-    return Score(math.exp(float(np.mean(np.log(ratios)))), bound)
-
-
 def plain(value: Any) -> Any:
     """Return plain data with numbers to six digits, and null for those that are not finite."""
     match value:
