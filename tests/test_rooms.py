@@ -33,7 +33,6 @@ DISTRIBUTION = {
 # Programs that run in environments of their own, with pinned requirements beside them.
 OUTSIDE = "bench/methods"
 ELSEWHERE = {
-    f"{OUTSIDE}/cycles_child.py": {"bpy", "mathutils"},
     f"{OUTSIDE}/video_child.py": {"pycvvdp", "torch"},
 }
 

@@ -23,6 +23,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -33,6 +34,7 @@ from bench.experiment import Case, Experiment, Topic
 from bench.frame_costs import Picture
 from bench.images.differences import (
     BAND_EDGES_M,
+    EPSILON,
     Reference,
     mean_flip,
     pair_band_name,
@@ -51,8 +53,7 @@ from bench.methods.comparison import (
     is_measured,
     judged_error,
 )
-from bench.methods.cycles import measure_cycles, noise
-from bench.methods.environments import CYCLES, VIDEO
+from bench.methods.environments import VIDEO
 from bench.methods.known_methods import CLIPPED, methods
 from bench.methods.method import Method
 from bench.methods.runner import Runner, Window, make_one_frame
@@ -139,12 +140,11 @@ def _each(
 def cases(
     worlds: Sequence[tuple[str, float, int, Sequence[str]]],
     walk: tuple[str, float, str, int],
-    cycles: Sequence[Sequence[object]],
     size: str,
     spp: int,
     **common: Any,
 ) -> list[Case]:
-    """Return every field of every world, the walk, and what Cycles renders if it is here."""
+    """Return every field of every world, and the walk."""
     variant = choose()
     windows = [
         Window(
@@ -156,11 +156,9 @@ def cases(
     kind, objects, walk_size, frames = walk
     window = Window(kind, objects, 0, Picture(walk_size, spp), 2, 1, variant)
     window = replace(window, unseen=bool(common["unseen"]))
-    others = [w for w in windows if [w.kind, w.objects] in cycles and CYCLES.python()]
     return [
         *(partial(measure_window, each) for each in windows),
         partial(measure_walk, window, frames),
-        *(partial(measure_cycles, each) for each in others),
     ]
 
 
@@ -315,6 +313,20 @@ def measure_walk(window: Window, frames: int, seed: int) -> list[Point]:
     return [each.point(part="walk", kind=window.kind, objects=window.objects) for each in walked]
 
 
+def noise(pictures: Sequence[np.ndarray], spp: int) -> list[int]:
+    """Return the relative variance of a sample, from each picture and the next [millionths].
+
+    It is the variance of a pixel times its samples, ÷ squared light, by ``rel_mse``'s rule; a
+    stratified sampler has less than independent samples would have.
+    """
+    mean = np.mean(pictures, axis=0)
+    exposure = auto_exposure(mean)
+    over = (mean * exposure) ** 2 + EPSILON
+    squares = (((a - b) * exposure) ** 2 / over for a, b in pairwise(pictures))
+    found = (spp * np.mean(each) / 2 for each in squares)
+    return [round(1e6 * float(each)) for each in found]
+
+
 def _frames(runner: Runner, window: Window, frames: int) -> list[np.ndarray]:
     found = []
     for number in range(1, frames + 1):
@@ -439,7 +451,6 @@ EXPERIMENT = Experiment(
                     *_each(("meadow", "swaying"), (1e4,), 6, _BASELINES),
                 ],
                 "walk": ["crowd", 1e4, "320x180", 48],
-                "cycles": [["crowd", 1e4], ["meadow", 1e4]],
                 "size": "320x180",
                 "spp": 16,
                 "pairs": 2,
@@ -454,7 +465,6 @@ EXPERIMENT = Experiment(
                     *_each(("forest", "swaying forest"), (300.0,), 2, _BASELINES),
                 ],
                 "walk": ["crowd", 300.0, "160x90", 8],
-                "cycles": [["crowd", 1e3], ["meadow", 1e3]],
                 "size": "160x90",
                 "repeats": 2,
                 "weighed": 1,
@@ -471,7 +481,7 @@ EXPERIMENT = Experiment(
     whole_cases=True,
     caveats=(
         "Level ground without grass, as trees and people are compared; own models, one sun, one "
-        "renderer but for Cycles. In `full` and `in_view` copies of still objects share the sticks "
+        "renderer. In `full` and `in_view` copies of still objects share the sticks "
         "of their prototypes; what walks or sways shares none.",
         "`full` is built once where nothing moves: its seconds there are those of a later frame.",
         "A ray-tracing level of detail (Yoon et al. 2006) stops at a node of the acceleration "

@@ -95,7 +95,7 @@ class Environment:
 
 
 CYCLES = Environment(
-    "cycles", "Blender's renderer (bpy)", "cycles_requirements.txt", "3.11", 410, 970
+    "cycles", "Blender (bpy), for examples/runners", "cycles_requirements.txt", "3.11", 460, 1130
 )
 VIDEO = Environment(
     "video",

@@ -52,7 +52,7 @@ def _summary_table(record: Record) -> Table:
 
 
 def tables(record: Record) -> tuple[tuple[str, Table], ...]:
-    """Return titled tables of who is ahead, methods, stages, the walk, and Cycles."""
+    """Return titled tables of who is ahead, methods, stages, and the walk."""
     return (
         ("The metric beside the unpruned reference and the best baseline", _summary_table(record)),
         ("Each method at equal error", _methods_table(record)),
@@ -60,7 +60,6 @@ def tables(record: Record) -> tuple[tuple[str, Table], ...]:
         ("What each setting shows", _settings_table(record)),
         ("What pruning helps, and what it does not", _stage_table(record)),
         ("A walk: motion beside the reference's", _walk_table(record)),
-        ("The same cut in Cycles", _cycles_table(record)),
     )
 
 
@@ -176,27 +175,6 @@ def _walk_table(record: Record) -> Table:
             )
         )
     return heads, rows
-
-
-def _cycles_table(record: Record) -> Table:
-    stages = "describe", "synchronise", "build", "trace"
-    plain = "world", "frame", "renderer", "excess FLIP", "variance", "light", "MB"
-    heads = (*plain, *(f"{stage} (s)" for stage in stages))
-    points = where(record.points, part="cycles")
-    names = "kind", "objects", "arm", "setting", "renderer"
-    rows: list[tuple[str, ...]] = [
-        (
-            f"{kind}, {n:g}",
-            "unpruned" if method == "full" else f"{method}, {setting:g} px",
-            str(renderer),
-            _mean(((optional(p, "flip") - optional(p, "flip_floor")).mean() for p in row), ".4f"),
-            *(_mean((optional(p, q).mean() for p in row), ".4f") for q in ("noise", "light")),
-            _mean(map(megabytes, row), ".0f"),
-            *(_mean((_stage(p, stage) for p in row), ".3f") for stage in stages),
-        )
-        for (kind, n, method, setting, renderer), row in grouped(points, *names).items()
-    ]
-    return heads, rows or [("all", "not measured here", "cycles", *[""] * (len(heads) - 3))]
 
 
 def _mean(values: Iterable[float], form: str) -> str:

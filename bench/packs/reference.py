@@ -69,7 +69,6 @@ def render_reference(
         "convergence": convergence,
         "relmse_slope": _slope(convergence),
         "bands": _bands(np.array(bands)),
-        "masked": _masked(mean @ LUMINANCE, Z),
     }
     return channels, about
 
@@ -102,16 +101,6 @@ def _bands(passes: np.ndarray) -> list[dict[str, Any]]:
             numbers += [float(values.mean()) if len(values) else None, error]
         names = ("coverage", "coverage_se", "luminance", "luminance_se")
         found.append({"from_m": low, **dict(zip(names, numbers, strict=True))})
-    return found
-
-
-def _masked(luminance: np.ndarray, Z: np.ndarray) -> list[dict[str, Any]]:
-    which = np.digitize(Z.astype(np.float64), EDGES_M[1:])
-    found = []
-    for row, low in enumerate((*BAND_EDGES_M, None)):
-        mine = which == row
-        mean = float(luminance[mine].mean()) if mine.any() else None
-        found.append({"from_m": low, "pixels": int(mine.sum()), "luminance": mean})
     return found
 
 

@@ -20,6 +20,7 @@ from PIL import Image
 
 from bench.packs.make import read_pack
 from bench.records.provenance import machine
+from bench.records.records import content_sha256
 from bench.submissions.score import (
     Judged,
     Score,
@@ -27,6 +28,7 @@ from bench.submissions.score import (
     Timed,
     difference_map,
     judge,
+    plain,
     score,
 )
 from lod.errors import InputError
@@ -36,6 +38,7 @@ from scenes.render.exr.layer_file import read_pixels
 
 FORMAT = 1
 STILL = "still"
+BASELINE = "blake"
 _WALK = re.compile(r"(?:^|\.)(\d{4})$")
 
 SUBMISSIONS = Path(__file__).resolve().parents[2] / "results" / "submissions"
@@ -44,8 +47,14 @@ Row = dict[str, Any]
 
 
 def pack_digest(folder: str | Path) -> str:
-    """Return the SHA-256 of a pack's numbers, which hold those of its references."""
-    return hashlib.sha256((Path(folder) / "pack.json").read_bytes()).hexdigest()
+    """Return the SHA-256 of what a pack asks for: the same wherever, and by whatever, it is made.
+
+    That is ``pack.json`` to six digits; of references the samples of the still's alone.
+    """
+    pack = read_pack(Path(folder))
+    asked = {k: v for k, v in pack.items() if k not in ("software", "references")}
+    asked["spp"] = pack["references"]["still"]["spp"]
+    return content_sha256(plain(asked))
 
 
 def target_of(folder: str | Path, view: str = STILL, variants: bool = False) -> Target:
@@ -148,8 +157,12 @@ def record_of(
     baseline: Row | None,
     command: str = "",
 ) -> Row:
-    """Return the record of a submission, with its score beside the published baseline."""
-    found = scored(rows, baseline)
+    """Return the record of a submission, with its score beside the published baseline.
+
+    A program named ``blake`` is the baseline, and its own record is what it is held against.
+    """
+    itself = {"program": program, "settings": rows} if program.split()[:1] == [BASELINE] else None
+    found = scored(rows, itself or baseline)
     return {
         "format": FORMAT,
         "what": "a submission to lodbench",
@@ -162,7 +175,7 @@ def record_of(
         "machine": machine(),
         "timing": timing,
         "settings": list(rows),
-        "score": None if math.isnan(found.ratio) else float(f"{found.ratio:.6g}"),
+        "score": plain(found.ratio),
         "told": found.told,
     }
 
@@ -197,7 +210,7 @@ def published_baseline(pack: str | Path, path: str | None = None) -> Row | None:
     None where none is published. Raises InputError for one of another pack.
     """
     if path is None:
-        usual = SUBMISSIONS / f"blake-{read_pack(Path(pack))['pack']}.json"
+        usual = SUBMISSIONS / f"{BASELINE}-{read_pack(Path(pack))['pack']}.json"
         if not usual.is_file() or read_submission(usual)["pack_sha256"] != pack_digest(pack):
             return None
         path = str(usual)

@@ -129,7 +129,7 @@ class Judged:
 
     def as_json(self) -> dict[str, Any]:
         """Return plain data, in which what is not known is null."""
-        return _plain(asdict(self))
+        return plain(asdict(self))
 
 
 def judge(path: str | Path, target: Target) -> Judged:
@@ -324,22 +324,13 @@ def score(runs: Sequence[Timed], flip: float, baseline_s: float) -> Score:
     return Score(seconds / baseline_s)
 
 
-def overall(scores: Sequence[Score]) -> Score:
-    """Return the geometric mean over worlds; NaN where one of them has none."""
-    ratios = [each.ratio for each in scores]
-    if not ratios or not all(map(math.isfinite, ratios)):
-        told = next((s.told for s in scores if not math.isfinite(s.ratio)), "no world")
-        return Score(math.nan, told)
-    bound = next((each.told for each in scores if each.told), "")
-    return Score(math.exp(float(np.mean(np.log(ratios)))), bound)
-
-
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
+    """Return plain data with numbers to six digits, and null for those that are not finite."""
     match value:
         case dict():
-            return {k: _plain(v) for k, v in value.items()}
+            return {k: plain(v) for k, v in value.items()}
         case list() | tuple():
-            return [_plain(v) for v in value]
+            return [plain(v) for v in value]
         case float():
-            return float(f"{value:.6g}") if math.isfinite(value) else None
+            return float(f"{round(value, 12):.6g}") + 0.0 if math.isfinite(value) else None
     return value

@@ -1,10 +1,9 @@
 """A pack in plain Mitsuba 3, by its own path integrator: a runner of `lodbench run methods`.
 
-    python mitsuba_runner.py PACK/scene.usda PACK/camera.json -o OUT.exr --knob 4 --seed 0
+    python mitsuba_runner.py PACK/scene.usda PACK/camera.json -o OUT.exr --knob 16 --seed 0
 
-The knob k makes k² samples of a pixel: the picture is rendered k times as wide and high with one
-sample of each pixel, hazed at each sample's distance, and averaged. It needs mitsuba, usd-core,
-NumPy and OpenEXR.
+The knob is the number of samples of a pixel. An integrator around Mitsuba's hazes each sample at
+its own distance. It needs mitsuba, usd-core, NumPy and OpenEXR.
 """
 
 import argparse
@@ -13,6 +12,7 @@ import tempfile
 import time
 from pathlib import Path
 
+import drjit as dr
 import mitsuba as mi
 import numpy as np
 import pack_geometry as pack
@@ -24,45 +24,66 @@ def main():
     for name in ("scene", "camera"):
         parser.add_argument(name)
     parser.add_argument("-o", required=True)
-    parser.add_argument("--knob", type=float, default=4)
+    parser.add_argument("--knob", type=float, default=16)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--variant", default="llvm_ad_rgb")
     asked = parser.parse_args()
     mi.set_variant(asked.variant)
     start = time.perf_counter()
-    folder, k = Path(asked.scene).parent, max(1, round(asked.knob))
+    folder, samples = Path(asked.scene).parent, max(1, round(asked.knob))
     numbers, camera = pack.read_numbers(folder)
     geometry = pack.read_geometry(asked.scene)
     read = time.perf_counter()
-    scene = build(numbers, camera, geometry, folder, k)
+    scene = build(numbers, camera, geometry, folder)
+    hazed = hazed_integrator(numbers, folder)
     built = time.perf_counter()
-    size = camera["size"][0] * k, camera["size"][1] * k
-    channels = np.array(mi.render(scene, spp=1, seed=asked.seed), np.float64)
-    clear, Z = channels[..., :3], channels[..., -1]
-    Z = np.where(Z > 0, Z, 1e10)
-    directions = pack.directions_of(camera, *size)
-    picture = pack.averaged(pack.hazed(clear, Z, directions, numbers, folder), k)
-    pack.write_exr(asked.o, picture, pack.one_of_each(Z, k, asked.seed))
+    passes = -(-samples // MOST_AT_ONCE)
+    seeds = range(asked.seed * passes, (asked.seed + 1) * passes)
+    spp = -(-samples // passes)
+    picture = sum(np.array(mi.render(scene, integrator=hazed, spp=spp, seed=k)) for k in seeds)
+    depth = mi.load_dict({"type": "aov", "aovs": "z:depth"})
+    Z = np.array(mi.render(scene, integrator=depth, spp=1, seed=asked.seed))[..., -1]
+    pack.write_exr(asked.o, picture / passes, np.where(Z > 0, Z, 1e10))
     seconds = {"read": read - start, "build": built - read, "trace": time.perf_counter() - built}
     print(json.dumps({"stages": seconds}))
 
 
-def build(numbers, camera, geometry, folder, k):
+MOST_AT_ONCE = 16
+"""More samples of a pixel than these take turns, for their memory."""
+
+
+def hazed_integrator(numbers, folder):
+    """Make an integrator that lays the pack's haze over each sample of Mitsuba's path tracer."""
+    depth = numbers["integrator"]["max_depth"]
+    path = mi.load_dict({"type": "path", "max_depth": depth, "rr_depth": 100})
+    beta = mi.Color3f(numbers["haze"]["beta"])
+    horizon = float(np.sin(np.radians(numbers["haze"]["horizon_deg"])))
+    airlight = pack.read_exr(folder / numbers["light"]["sky"]["airlight"])[0]
+    columns, rows = len(airlight), mi.Float(airlight.ravel())
+
+    class Hazed(mi.SamplingIntegrator):
+        def sample(self, scene, sampler, ray, medium=None, active=True):
+            clear, _, _ = path.sample(scene, sampler, ray, medium, active)
+            hit = scene.ray_intersect_preliminary(ray)
+            low_sky = ray.d.z < horizon
+            T = dr.exp(-beta * dr.select(hit.is_valid(), hit.t, dr.select(low_sky, dr.inf, 0)))
+            turn = dr.atan2(ray.d.x, ray.d.y) / dr.two_pi
+            at = (turn - dr.floor(turn)) * columns
+            low = mi.UInt32(at)
+            one, two = (dr.gather(mi.Color3f, rows, each % columns) for each in (low, low + 1))
+            A = dr.lerp(one, two, at - low)
+            return clear * T + A * (1 - T), True, []
+
+    return Hazed(mi.Properties())
+
+
+def build(numbers, camera, geometry, folder):
     """Make the scene: sticks by colour, meshes, sun and sky, camera."""
     T = mi.ScalarTransform4f
     eye, forward, up = (np.array(camera[name], np.float64) for name in ("eye", "forward", "up"))
     light = numbers["light"]
     scene = {
         "type": "scene",
-        "integrator": {
-            "type": "aov",
-            "aovs": "z:depth",
-            "path": {
-                "type": "path",
-                "max_depth": numbers["integrator"]["max_depth"],
-                "rr_depth": 100,
-            },
-        },
         "sensor": {
             "type": "perspective",
             "fov": camera["fov_deg"],
@@ -74,13 +95,13 @@ def build(numbers, camera, geometry, folder, k):
             ),
             "film": {
                 "type": "hdrfilm",
-                "width": camera["size"][0] * k,
-                "height": camera["size"][1] * k,
+                "width": camera["size"][0],
+                "height": camera["size"][1],
                 "rfilter": {"type": "box"},
                 "pixel_format": "rgb",
                 "component_format": "float32",
             },
-            "sampler": {"type": "independent"},
+            "sampler": {"type": "multijitter"},
         },
         "sun": {
             "type": "directional",

@@ -1,4 +1,4 @@
-"""`lodbench environments`: make the environments in which `run methods` measures other programs.
+"""`lodbench environments`: make the environments in which programs of others run.
 
 They are no dependencies: each has pinned requirements of its own, and is made only here.
 """
@@ -19,5 +19,5 @@ def command(names: tuple[str, ...], yes: bool) -> None:
         if yes or click.confirm("Make it?", err=True):
             wanted.make()
     for each in ENVIRONMENTS.values():
-        state = "here" if each.python() else f"not made ({each.asks})"
+        state = each.python() or f"not made ({each.asks})"
         click.echo(f"{each.name:8} {state}: {each.about}")

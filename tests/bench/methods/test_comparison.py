@@ -17,6 +17,7 @@ from bench.experiments.methods import (
     changes,
     estimated_bytes,
     measure_window,
+    noise,
     peak_bytes,
     plan,
     tables,
@@ -31,7 +32,6 @@ from bench.methods.comparison import (
     beside_best,
     judged_error,
 )
-from bench.methods.cycles import chains, measure_cycles, noise
 from bench.methods.environments import CYCLES, VIDEO, answer_of
 from bench.methods.known_methods import culled_beyond, methods
 from bench.methods.method import Method, by_view
@@ -278,21 +278,6 @@ def none_made(tmp_path, monkeypatch):
     return tmp_path
 
 
-def test_joined_sticks_of_one_colour_are_one_chain():
-    """Segments 0-1, 1-2 and 2-3, of which the last has another colour, and 5-6 apart."""
-    ends = np.arange(28.0).reshape(7, 4)
-    curve = {
-        "segment_indices": np.array([0, 1, 2, 5], np.uint32),
-        "control_points": ends.ravel(),
-        "tint": np.array([0, 0, 1, 1], np.uint32),
-        "tints": np.array([[0.1, 0.2, 0.3], [0.4, 0.5, 0.6]]),
-    }
-    points, counts, tints = chains(curve)
-    assert counts.tolist() == [3, 2, 2]
-    assert points[:, 0].tolist() == [0.0, 4.0, 8.0, 8.0, 12.0, 20.0, 24.0]
-    assert tints[:, 0].tolist() == [0.1, 0.4, 0.4]
-
-
 def test_an_environment_is_there_when_it_was_made_whole_from_these_requirements(none_made):
     python = CYCLES.folder / "bin" / "python"
     python.parent.mkdir(parents=True)
@@ -306,7 +291,7 @@ def test_an_environment_is_there_when_it_was_made_whole_from_these_requirements(
 @pytest.mark.usefixtures("none_made")
 def test_what_cannot_be_made_or_asked_is_refused_in_a_line(monkeypatch):
     with pytest.raises(InputError, match="lodbench environments cycles"):
-        answer_of(CYCLES, "cycles_child.py", "{}")
+        answer_of(CYCLES, "a_child.py", "{}")
     with pytest.raises(InputError, match=r"Python 2\.7 alone"):
         replace(CYCLES, needs_python="2.7").make()
     full = SimpleNamespace(free=1e9)
@@ -333,18 +318,6 @@ def test_what_moves_as_the_whole_does_leaves_nothing():
     assert min(flip.values) > 0 and max(residual.values) <= 1
     flicker = whole + np.array([0, 0.1, 0, 0.1], "f4")[:, None, None, None]
     assert changes(flicker, whole)[1].values == pytest.approx([1e5] * 3, rel=1e-3)
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(CYCLES.python() is None, reason="no environment with Cycles was made here")
-def test_both_renderers_show_the_same_light():
-    points = measure_cycles(Window("crowd", 100.0, 0, Picture("64x36", 16), 1, 1, "scalar_rgb"), 0)
-    for arm, setting in (("full", 0.0), ("blake", 4.0)):
-        means = [
-            where(points, arm=arm, setting=setting, renderer=name)[0].values("light").mean()
-            for name in ("mitsuba", "cycles")
-        ]
-        assert means[1] == pytest.approx(means[0], rel=0.005)
 
 
 @pytest.mark.slow

@@ -5,6 +5,7 @@ import json
 import math
 import shutil
 import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -17,12 +18,17 @@ from bench.packs import make, part_file, pbrt
 from bench.packs.content import SIZES, WORLDS, settings_of
 from bench.packs.kept import read_kept
 from bench.packs.reference import errors_between
+from bench.submissions.executable import run_program
+from bench.submissions.score import WITHIN
 from lod.errors import InputError
 from scenes.presets.load import load_preset
 from scenes.render.exr.layer_file import read_pixels
 from tests.bench.packs import pbrt_text
 
 ROOT = Path(__file__).resolve().parents[3]
+NO_CYCLES = pytest.mark.skipif(
+    CYCLES.python() is None, reason="`lodbench environments cycles` makes it"
+)
 
 
 @pytest.mark.parametrize("name", ["crowd", "crowd-tiny", "sea-small", ""])
@@ -283,7 +289,7 @@ def test_a_method_in_c_enters(pack: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(CYCLES.python() is None, reason="`lodbench environments cycles` makes it")
+@NO_CYCLES
 def test_blender_has_all_there_is(pack: Path) -> None:
     script = Path(__file__).parent / "blender_counts.py"
     words = [str(CYCLES.python()), str(script), str(pack / "scene.usda")]
@@ -293,3 +299,23 @@ def test_blender_has_all_there_is(pack: Path) -> None:
         k: told[k] for k in ("instances", "sticks", "triangles")
     }
     np.testing.assert_allclose(found["bounds_m"], told["bounds_m"], atol=1e-3)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "python", "knob"),
+    [
+        ("mitsuba", Path(sys.executable), 8),
+        pytest.param("cycles", CYCLES.python(), 64, marks=NO_CYCLES),
+    ],
+)
+def test_renderers_of_others_show_the_same_land(
+    pack: Path, tmp_path: Path, name: str, python: Path, knob: float
+) -> None:
+    script = ROOT / "examples" / "runners" / f"{name}_runner.py"
+    command = f"{python} {script} {{scene}} {{camera}} -o {{exr}} --knob {{knob}}"
+    given = [knob], 1, tmp_path, "me", name, None, False, lambda *_: None
+    still = run_program(pack, command, *given)[1]["settings"][0]["pictures"]["still"]
+    assert still["void"] == ""
+    assert still["land"] == pytest.approx(1, abs=WITHIN)
+    assert still["coverage"] == pytest.approx(1, abs=WITHIN)

@@ -11,7 +11,7 @@ from lod.errors import InputError
 from lod.shapes import Sticks
 from scenes.frame.frame_input import SKY_Z, FrameInput, Quality, sampler_seed
 from scenes.render import variants
-from scenes.render.description import PlacedSticks, batches, describe_frame
+from scenes.render.description import PlacedSticks, batches, chains, describe_frame
 from scenes.render.render import render_frame
 from scenes.render.samples import sample_groups, square_sides
 
@@ -53,6 +53,21 @@ def test_chains_break_where_radii_or_ends_differ():
     for row, first in enumerate(batch.segments):
         assert np.array_equal(batch.points[first : first + 2], ends[row])
     assert len(batch.points) == 7
+
+
+def test_joined_sticks_of_one_colour_are_one_chain():
+    """Segments 0-1, 1-2 and 2-3, of which the last has another colour, and 5-6 apart."""
+    ends = np.arange(28.0).reshape(7, 4)
+    curve = {
+        "segment_indices": np.array([0, 1, 2, 5], np.uint32),
+        "control_points": ends.ravel(),
+        "tint": np.array([0, 0, 1, 1], np.uint32),
+        "tints": np.array([[0.1, 0.2, 0.3], [0.4, 0.5, 0.6]]),
+    }
+    points, counts, tints = chains(curve)
+    assert counts.tolist() == [3, 2, 2]
+    assert points[:, 0].tolist() == [0.0, 4.0, 8.0, 8.0, 12.0, 20.0, 24.0]
+    assert tints[:, 0].tolist() == [0.1, 0.4, 0.4]
 
 
 def loose(ends, tint=None, tints=((0.5, 0.5, 0.5),)):
