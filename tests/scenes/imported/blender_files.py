@@ -18,14 +18,9 @@ FOLDER = Path(sys.argv[1])
 SCENES = {}
 
 
-def scene(**how):
-    """Register a scene; ``how``: what its exporters are told beyond the usual."""
-
-    def named(make):
-        SCENES[make.__name__] = make, how
-        return make
-
-    return named
+def scene(make):
+    SCENES[make.__name__] = make
+    return make
 
 
 def add(name, data, parent=None, at=(0, 0, 0), turn=(0, 0, 0), size=(1, 1, 1)):
@@ -45,6 +40,10 @@ def primitive(kind, name, at=(0, 0, 0), **how):
     getattr(bpy.ops.mesh, f"primitive_{kind}_add")(location=at, **how)
     bpy.context.object.name = name
     return bpy.context.object
+
+
+def box():
+    return primitive("cube", "box")
 
 
 def paint(thing, colour=(0.2, 0.4, 0.1), **inputs):
@@ -137,37 +136,14 @@ def leaves(parent, count=40, seed=3):
             paint(found, (0.05, 0.3, 0.02))
 
 
-# Trees
-
-
-@scene()
-def tree_of_polylines():
-    paint(real(tree()), (0.15, 0.08, 0.04))
-
-
-@scene()
-def tree_of_beziers():
-    paint(real(tree(2, kind="BEZIER")), (0.15, 0.08, 0.04))
-
-
-@scene()
-def tree_of_nurbs():
-    paint(real(tree(3, kind="NURBS")), (0.15, 0.08, 0.04))
-
-
-@scene()
-def tree_left_as_curves():
-    paint(tree(4))
-
-
-@scene()
+@scene
 def tree_with_leaves():
     trunk = real(tree(5))
     paint(trunk, (0.15, 0.08, 0.04))
     leaves(trunk)
 
 
-@scene()
+@scene
 def tree_in_empties():
     top = add("oak", None)
     for k in range(5):
@@ -178,7 +154,7 @@ def tree_in_empties():
         leaves(bough, 8, k)
 
 
-@scene()
+@scene
 def tree_with_its_inverses():
     """Children keep where they were as they were parented."""
     trunk = primitive("cylinder", "trunk", (1, 2, 1), radius=0.2, depth=2)
@@ -191,26 +167,18 @@ def tree_with_its_inverses():
         ball.parent, ball.matrix_parent_inverse = trunk, trunk.matrix_world.inverted()
 
 
-@scene()
+@scene
 def leaves_cut_out_by_alpha():
     plane = primitive("plane", "leaf")
     _, links, shader, texture = textured(plane, picture("cutout", alpha=True))
     links.new(texture.outputs["Alpha"], shader.inputs["Alpha"])
 
 
-# Textures
-
-
 def on_a_ball(image, **how):
     return textured(primitive("uv_sphere", "ball", segments=24, ring_count=12), image, **how)
 
 
-@scene()
-def texture_png():
-    on_a_ball(picture("bark"))
-
-
-@scene()
+@scene
 def texture_jpeg():
     image = picture("bark")
     image.filepath_raw, image.file_format = str(FOLDER / "bark.jpg"), "JPEG"
@@ -218,19 +186,14 @@ def texture_jpeg():
     on_a_ball(bpy.data.images.load(image.filepath_raw))
 
 
-@scene()
-def texture_of_16_bits():
-    on_a_ball(picture("deep", float_buffer=True))
-
-
-@scene()
+@scene
 def texture_as_data():
     image = picture("data")
     image.colorspace_settings.name = "Non-Color"
     on_a_ball(image)
 
 
-@scene()
+@scene
 def texture_in_grey():
     image = picture("grey")
     image.file_format, image.filepath_raw = "PNG", str(FOLDER / "grey.png")
@@ -239,23 +202,14 @@ def texture_in_grey():
     on_a_ball(bpy.data.images.load(image.filepath_raw))
 
 
-@scene()
-def texture_repeated():
+def wall(**how):
     plane = primitive("plane", "wall")
     for each in plane.data.uv_layers[0].data:
         each.uv = (each.uv[0] * 3, each.uv[1] * 2)
-    textured(plane, picture("tiles"))
+    textured(plane, picture("tiles"), **how)
 
 
-@scene()
-def texture_clipped():
-    plane = primitive("plane", "wall")
-    for each in plane.data.uv_layers[0].data:
-        each.uv = (each.uv[0] * 3, each.uv[1] * 2)
-    textured(plane, picture("tiles"), extension="EXTEND")
-
-
-@scene()
+@scene
 def texture_by_a_second_map():
     nodes, links, _, texture = on_a_ball(picture("bark"))
     layers = bpy.context.object.data.uv_layers
@@ -267,7 +221,7 @@ def texture_by_a_second_map():
     links.new(reader.outputs["UV"], texture.inputs["Vector"])
 
 
-@scene()
+@scene
 def texture_moved_by_a_mapping():
     nodes, links, _, texture = on_a_ball(picture("bark"))
     reader, moved = nodes.new("ShaderNodeUVMap"), nodes.new("ShaderNodeMapping")
@@ -276,7 +230,7 @@ def texture_moved_by_a_mapping():
     links.new(moved.outputs["Vector"], texture.inputs["Vector"])
 
 
-@scene()
+@scene
 def texture_times_a_colour():
     nodes, links, shader, texture = on_a_ball(picture("bark"))
     mix = nodes.new("ShaderNodeMix")
@@ -287,7 +241,7 @@ def texture_times_a_colour():
     links.new(mix.outputs["Result"], shader.inputs["Base Color"])
 
 
-@scene()
+@scene
 def texture_of_noise():
     ball = primitive("uv_sphere", "ball")
     nodes, links, shader = paint(ball)
@@ -295,7 +249,7 @@ def texture_of_noise():
     links.new(noise.outputs["Color"], shader.inputs["Base Color"])
 
 
-@scene()
+@scene
 def colours_of_corners():
     """Painted corners, by a node of the material."""
     ball = primitive("ico_sphere", "ball")
@@ -308,7 +262,7 @@ def colours_of_corners():
     links.new(reader.outputs["Color"], shader.inputs["Base Color"])
 
 
-@scene()
+@scene
 def colours_of_points_without_a_material():
     ball = primitive("ico_sphere", "ball")
     layer = ball.data.color_attributes.new("Col", "BYTE_COLOR", "POINT")
@@ -316,33 +270,25 @@ def colours_of_points_without_a_material():
         each.color = (0.1 + 0.05 * (k % 7), 0.4, 0.2, 1)
 
 
-# Materials
-
-
-@scene()
-def no_material():
-    primitive("cone", "cone")
-
-
-@scene()
+@scene
 def several_materials():
     """Faces with materials of their own, one of which nobody uses."""
-    box = primitive("cube", "box")
+    cube = box()
     for colour in ((0.8, 0.1, 0.1), (0.1, 0.8, 0.1), (0.1, 0.1, 0.8), (1, 1, 1)):
-        paint(box, colour)
-    for k, face in enumerate(box.data.polygons):
+        paint(cube, colour)
+    for k, face in enumerate(cube.data.polygons):
         face.material_index = k % 3
 
 
-@scene()
+@scene
 def materials_and_a_bare_slot():
-    box = primitive("cube", "box")
-    paint(box, (0.8, 0.1, 0.1))
-    box.data.materials.append(None)
-    box.data.polygons[0].material_index = 1
+    cube = box()
+    paint(cube, (0.8, 0.1, 0.1))
+    cube.data.materials.append(None)
+    cube.data.polygons[0].material_index = 1
 
 
-@scene()
+@scene
 def material_of_the_object():
     """One mesh, and a material for each object."""
     data = primitive("cube", "one").data
@@ -353,44 +299,21 @@ def material_of_the_object():
         thing.material_slots[0].material = bpy.data.materials[-1]
 
 
-@scene()
-def material_that_is_white():
-    paint(primitive("cube", "box"), (1, 1, 1))
-
-
-@scene()
-def material_of_glass():
-    paint(primitive("cube", "box"), **{"Transmission Weight": 1.0})
-
-
-@scene()
-def material_half_there():
-    paint(primitive("cube", "box"), Alpha=0.5)
-
-
-@scene()
-def material_that_shines():
-    paint(primitive("cube", "box"), **{"Emission Strength": 5.0, "Coat Weight": 1, "Metallic": 0.5})
-
-
-@scene()
+@scene
 def material_of_a_diffuse_node():
-    nodes, links, _ = paint(primitive("cube", "box"))
+    nodes, links, _ = paint(box())
     diffuse = nodes.new("ShaderNodeBsdfDiffuse")
     diffuse.inputs["Color"].default_value = (0.3, 0.1, 0.6, 1)
     links.new(diffuse.outputs[0], nodes["Material Output"].inputs["Surface"])
 
 
-@scene()
+@scene
 def material_mixed_of_two():
-    nodes, links, shader = paint(primitive("cube", "box"))
+    nodes, links, shader = paint(box())
     mix, other = nodes.new("ShaderNodeMixShader"), nodes.new("ShaderNodeBsdfTranslucent")
     links.new(shader.outputs[0], mix.inputs[1])
     links.new(other.outputs[0], mix.inputs[2])
     links.new(mix.outputs[0], nodes["Material Output"].inputs["Surface"])
-
-
-# Modifiers
 
 
 def modified(kind, thing, **how):
@@ -409,17 +332,7 @@ def fence():
     return post
 
 
-@scene()
-def modifiers_on_the_stack():
-    fence()
-
-
-@scene()
-def modifiers_made_real():
-    real(fence())
-
-
-@scene()
+@scene
 def modifier_solidify_and_decimate():
     ball = primitive("uv_sphere", "ball")
     modified("SOLIDIFY", ball, thickness=0.1)
@@ -427,25 +340,7 @@ def modifier_solidify_and_decimate():
     paint(ball)
 
 
-@scene(usd={"export_subdivision": "TESSELLATE"})
-def subdivided_and_tessellated():
-    paint(modified("SUBSURF", primitive("cube", "box"), levels=2, render_levels=2))
-
-
-@scene()
-def subdivided_as_a_cage():
-    paint(modified("SUBSURF", primitive("cube", "box"), levels=2, render_levels=2))
-
-
-@scene(usd={"export_subdivision": "TESSELLATE"})
-def subdivided_more_in_the_render():
-    paint(modified("SUBSURF", primitive("cube", "box"), levels=1, render_levels=2))
-
-
-# Instances and collections
-
-
-@scene()
+@scene
 def instances_of_a_collection():
     store = bpy.data.collections.new("store")
     for name, kind in (("wood", "cylinder"), ("crown", "ico_sphere")):
@@ -458,20 +353,15 @@ def instances_of_a_collection():
         found.instance_type, found.instance_collection = "COLLECTION", store
 
 
-@scene(usd={"use_instancing": True})
-def instances_that_stay_instances():
-    instances_of_a_collection()
-
-
-@scene(gltf={"export_gpu_instances": True})
+@scene
 def instances_of_the_card():
-    thing = primitive("cube", "box")
+    thing = box()
     paint(thing)
     for k in range(6):
         add(f"box.{k}", thing.data, at=(3 * k, 3, 0))
 
 
-@scene()
+@scene
 def instances_on_faces():
     ground, thing = (
         primitive("grid", "ground", x_subdivisions=3, y_subdivisions=3),
@@ -482,7 +372,7 @@ def instances_on_faces():
     thing.parent, ground.instance_type = ground, "FACES"
 
 
-@scene()
+@scene
 def instances_by_geometry_nodes():
     thing = primitive("plane", "ground")
     paint(thing)
@@ -501,7 +391,7 @@ def instances_by_geometry_nodes():
     modified("NODES", thing, node_group=group)
 
 
-@scene(gltf={"use_visible": True})
+@scene
 def hidden_objects():
     paint(primitive("cube", "seen"))
     hidden = primitive("cube", "hidden", (5, 0, 0))
@@ -513,60 +403,52 @@ def hidden_objects():
     bpy.context.view_layer.layer_collection.children["shut"].exclude = True
 
 
-# Places
-
-
-@scene()
+@scene
 def mirrored_and_sheared():
     top = add("top", None, turn=(0.3, 0.2, 0.1), size=(-1, 2, 0.5))
-    box = add(
+    cube = add(
         "box", primitive("cube", "own", (5, 5, 5)).data, top, (1, 2, 3), (0.5, 0.4, 0.3), (1, -2, 3)
     )
-    paint(box)
+    paint(cube)
 
 
-@scene()
+@scene
 def units_of_centimetres():
     bpy.context.scene.unit_settings.scale_length = 0.01
     paint(primitive("cube", "box", (0, 0, 100), size=200))
 
 
-@scene(usd={"convert_orientation": True}, gltf={"export_yup": True})
-def y_up():
-    paint(primitive("cone", "cone", (1, 2, 3)))
-
-
-@scene(gltf={"export_lights": True, "export_cameras": True})
+@scene
 def cameras_and_lights():
     top = add("rig", None, at=(0, 0, 2))
     add("eye", bpy.data.cameras.new("eye"), top, (0, -8, 0))
     bpy.context.scene.camera = bpy.data.objects["eye"]
     for kind in ("SUN", "POINT", "SPOT"):
         add(kind.lower(), bpy.data.lights.new(kind.lower(), kind), top, (2, 0, 0))
-    paint(primitive("cube", "box"))
+    paint(box())
     bpy.context.scene.world = bpy.data.worlds.new("sky")
 
 
-@scene(gltf={"export_lights": True})
+@scene
 def light_of_an_area():
     add("area", bpy.data.lights.new("area", "AREA"))
-    paint(primitive("cube", "box"))
+    paint(box())
 
 
-@scene()
+@scene
 def text_left_as_text():
     bpy.ops.object.text_add()
     paint(bpy.context.object)
 
 
-@scene()
+@scene
 def surface_left_as_nurbs():
     bpy.ops.surface.primitive_nurbs_surface_sphere_add(location=(3, 0, 0))
     paint(bpy.context.object)
-    paint(primitive("cube", "box"))
+    paint(box())
 
 
-@scene()
+@scene
 def faces_of_many_corners():
     """A star of one face, bent, and an L of another: not convex."""
     star = [
@@ -579,27 +461,24 @@ def faces_of_many_corners():
     paint(add("ell", mesh("ell", ell, [(3, 4, 5, 0, 1, 2)]), at=(3, 0, 0)), (0.4, 0.1, 0.1))
 
 
-# Animation
-
-
-@scene(usd={"export_animation": True})
+@scene
 def animated_places():
-    box = primitive("cube", "box")
-    paint(box)
+    cube = box()
+    paint(cube)
     bpy.context.scene.frame_start, bpy.context.scene.frame_end = 3, 9
     for frame, x in ((3, 2), (9, 20)):
-        box.location.x = x
-        box.keyframe_insert("location", frame=frame)
+        cube.location.x = x
+        cube.keyframe_insert("location", frame=frame)
     bpy.context.scene.frame_set(3)
 
 
-@scene(usd={"export_animation": True})
+@scene
 def animated_and_left_in_the_middle():
     animated_places()
     bpy.context.scene.frame_set(7)
 
 
-@scene()
+@scene
 def bones_and_skin():
     data = bpy.data.armatures.new("bones")
     bones = add("bones", data)
@@ -608,19 +487,61 @@ def bones_and_skin():
     bone = data.edit_bones.new("bone")
     bone.head, bone.tail = (0, 0, 0), (0, 0, 1)
     bpy.ops.object.mode_set(mode="OBJECT")
-    box = primitive("cube", "box")
-    paint(box)
-    box.parent = bones
-    modified("ARMATURE", box, object=bones)
-    box.vertex_groups.new(name="bone").add(range(8), 1.0, "ADD")
+    cube = box()
+    paint(cube)
+    cube.parent = bones
+    modified("ARMATURE", cube, object=bones)
+    cube.vertex_groups.new(name="bone").add(range(8), 1.0, "ADD")
 
 
-@scene()
+@scene
 def shape_keys():
-    box = primitive("cube", "box")
-    paint(box)
-    box.shape_key_add(name="Basis")
-    box.shape_key_add(name="up").data[0].co.z += 2
+    cube = box()
+    paint(cube)
+    cube.shape_key_add(name="Basis")
+    cube.shape_key_add(name="up").data[0].co.z += 2
+
+
+def subdivided(levels):
+    return modified("SUBSURF", box(), levels=levels, render_levels=2)
+
+
+SHINING = {"Emission Strength": 5.0, "Coat Weight": 1, "Metallic": 0.5}
+SCENES |= {
+    "tree_of_polylines": lambda: paint(real(tree()), (0.15, 0.08, 0.04)),
+    "tree_of_beziers": lambda: paint(real(tree(2, kind="BEZIER")), (0.15, 0.08, 0.04)),
+    "tree_of_nurbs": lambda: paint(real(tree(3, kind="NURBS")), (0.15, 0.08, 0.04)),
+    "tree_left_as_curves": lambda: paint(tree(4)),
+    "texture_png": lambda: on_a_ball(picture("bark")),
+    "texture_of_16_bits": lambda: on_a_ball(picture("deep", float_buffer=True)),
+    "texture_repeated": wall,
+    "texture_clipped": lambda: wall(extension="EXTEND"),
+    "no_material": lambda: primitive("cone", "cone"),
+    "material_that_is_white": lambda: paint(box(), (1, 1, 1)),
+    "material_of_glass": lambda: paint(box(), **{"Transmission Weight": 1.0}),
+    "material_half_there": lambda: paint(box(), Alpha=0.5),
+    "material_that_shines": lambda: paint(box(), **SHINING),
+    "modifiers_on_the_stack": fence,
+    "modifiers_made_real": lambda: real(fence()),
+    "subdivided_and_tessellated": lambda: paint(subdivided(2)),
+    "subdivided_as_a_cage": lambda: paint(subdivided(2)),
+    "subdivided_more_in_the_render": lambda: paint(subdivided(1)),
+    "instances_that_stay_instances": SCENES["instances_of_a_collection"],
+    "y_up": lambda: paint(primitive("cone", "cone", (1, 2, 3))),
+}
+HOW = {
+    "subdivided_and_tessellated": {"usd": {"export_subdivision": "TESSELLATE"}},
+    "subdivided_more_in_the_render": {"usd": {"export_subdivision": "TESSELLATE"}},
+    "instances_that_stay_instances": {"usd": {"use_instancing": True}},
+    "instances_of_the_card": {"gltf": {"export_gpu_instances": True}},
+    "hidden_objects": {"gltf": {"use_visible": True}},
+    "y_up": {"usd": {"convert_orientation": True}},
+    "cameras_and_lights": {"gltf": {"export_lights": True, "export_cameras": True}},
+    "light_of_an_area": {"gltf": {"export_lights": True}},
+    "animated_places": {"usd": {"export_animation": True}},
+    "animated_and_left_in_the_middle": {"usd": {"export_animation": True}},
+}
+"""What exporters are told beyond the usual."""
 
 
 def shown():
@@ -643,15 +564,14 @@ def shown():
 
 found = {}
 for name in sys.argv[2:] or SCENES:
-    make, how = SCENES[name]
+    make, how = SCENES[name], HOW.get(name, {})
     bpy.ops.wm.read_factory_settings(use_empty=True)
     make()
     here = bpy.context.scene.frame_current
     bpy.context.scene.frame_set(bpy.context.scene.frame_start)
     found[name] = shown()
     bpy.context.scene.frame_set(here)
-    usd = {"selected_objects_only": False, **how.get("usd", {})}
-    bpy.ops.wm.usd_export(filepath=str(FOLDER / f"{name}.usdc"), **usd)
+    bpy.ops.wm.usd_export(filepath=str(FOLDER / f"{name}.usdc"), **how.get("usd", {}))
     gltf = {"export_format": "GLB", "export_apply": True, **how.get("gltf", {})}
     bpy.ops.export_scene.gltf(filepath=str(FOLDER / f"{name}.glb"), **gltf)
 (FOLDER / "found.json").write_text(json.dumps(found, indent=1))
