@@ -340,11 +340,10 @@ def _albedo(where: str, prim: Any, primvar: Any, like: np.ndarray, time: Any) ->
     diffuse = end(surface, "diffuseColor")
     if diffuse is None or not UsdShade.Output.IsOutput(diffuse):
         mesh = UsdGeom.PrimvarsAPI(prim if prim.IsA(UsdGeom.Mesh) else prim.GetParent())
-        roles = {each.GetPrimvarName(): each.GetTypeName().role for each in mesh.GetPrimvars()}
-        unread = [k for k, role in roles.items() if role == "Color" and k != "displayColor"]
-        refuse(
-            not unread, f"primvars:{min(unread, default=None)}", "colours that its material reads"
-        )
+        painted = [each for each in mesh.GetPrimvars() if each.GetTypeName().role == "Color"]
+        beside = {each.GetName() for each in painted} - {"primvars:displayColor"}
+        beside |= {each.GetFullName() for each in material.GetSurfaceOutputs()[1:]}
+        refuse(not beside, min(beside, default=""), "a plain colour and no others beside it")
         return np.full_like(like, constant(surface, "diffuseColor", (0.18,) * 3))  # its default
     texture = UsdShade.Shader(diffuse.GetPrim())
     if kind(texture) == "UsdPrimvarReader_float3":

@@ -154,6 +154,14 @@ REFUSED = {
         ),
         "primvars:Col",
     ),
+    "another surface beside": (
+        surface("color3f inputs:diffuseColor = (0.2,0.4,0.1)").replace(
+            "token outputs:surface.connect",
+            "token outputs:mtlx:surface.connect = </whole/m/pbr.outputs:surface>\n"
+            "token outputs:surface.connect",
+        ),
+        "outputs:mtlx:surface",
+    ),
     "no such material": (textured().replace("binding = </whole/m>", "binding = </no>"), "material"),
 }
 
