@@ -239,11 +239,14 @@ def _read_mesh(where: str, mesh: Any, time: Any) -> tuple[Mesh, InputError | Non
     face, number = expand(counts - 2)
     start = (np.cumsum(counts) - counts)[face]
     fans = np.stack((start, start + number + 1, start + number + 2), axis=1)
-    a, b, c = (points[corners[fans[counts[face] > 3, k]]] for k in range(3))
-    normal, polygon = np.cross(b - a, c - a), face[counts[face] > 3]
-    total = np.stack([np.bincount(polygon, x, len(counts)) for x in normal.T], axis=1)[polygon]
-    over = np.linalg.norm(normal[(normal * total).sum(axis=1) < 0], axis=1).sum()
-    if over > _MOST_FOLDED * np.linalg.norm(normal, axis=1).sum():
+    many = counts[face] > 3
+    a, b, c = (points[corners[fans[many, k]]] for k in range(3))
+    with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is refused below
+        normal = np.cross(b - a, c - a)
+        total = np.stack([np.bincount(face[many], x, len(counts)) for x in normal.T], axis=1)
+        turned = (normal * total[face[many]]).sum(axis=1) < 0
+        area = np.linalg.norm(normal, axis=1)
+    if area[turned].sum() > _MOST_FOLDED * area.sum():
         rule, cure = "convex polygons, or triangles", "triangulate it as you export"
         raise InputError(where, "faces that are not convex", rule, cure)
     fans = fans[~np.isin(face, mesh.GetHoleIndicesAttr().Get(time) or ())]

@@ -222,6 +222,7 @@ REFUSED: tuple[Case, ...] = (
     ),
     ("an old version", gltf(lambda h: h.update(asset={"version": "1.0"})), "asset", "glTF 2.0"),
     ("corners that are not there", one_mesh("(0,0,0)", 3, "0,1,2"), "node /whole/c", "0 to 0"),
+    ("no number", one_mesh("(0,0,0),(1,0,0),(1,1,inf),(0,1,-inf)", 4, "0,1,2,3"), "c", "finite"),
     ("two corners", one_mesh("(0,0,0)", 2, "0,0"), "node /whole/c", "three corners"),
     ("no area", one_mesh("(0,0,0),(1,0,0),(2,0,0)", 3, "0,1,2"), "node /whole/c", "has area"),
     (
