@@ -13,10 +13,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from PIL import Image
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from bench.packs.make import read_pack
 from bench.records.provenance import machine
@@ -220,16 +221,64 @@ def published_baseline(pack: str | Path, path: str | None = None) -> Row | None:
     return found
 
 
+class _Open(BaseModel):
+    model_config = ConfigDict(extra="allow", strict=True, allow_inf_nan=False)
+
+
+class _Picture(_Open):
+    void: str
+    flip: float | None
+    land: float | None
+    coverage: float | None
+
+
+class _Run(_Open):
+    seconds: float | None = None
+    cpu_seconds: float | None = None
+    peak_bytes: float | None = None
+
+
+class _Setting(_Open):
+    setting: float
+    runs: list[_Run]
+    pictures: dict[str, _Picture]
+    sha256: dict[str, str]
+
+
+class _Machine(_Open):
+    cpu: str
+    cores: int
+    load: float | None = None
+
+
+class _Record(_Open):
+    """What of a record is asked for again, whoever wrote it."""
+
+    format: Literal[1]
+    pack: str
+    pack_sha256: str
+    who: str
+    program: Annotated[str, Field(pattern=r"\S")]
+    date: str
+    timing: str
+    told: str
+    score: Annotated[float, Field(gt=0)] | None
+    machine: _Machine
+    settings: Annotated[list[_Setting], Field(min_length=1)]
+
+
 def read_submission(path: str | Path, where: str = "submission") -> Row:
     """Read a record. Raises InputError for what is none."""
-    needed = {"format", "pack", "pack_sha256", "who", "program", "machine", "timing", "settings"}
     try:
         found: Row = json.loads(Path(path).read_text(encoding="utf-8"))
-        if missing := sorted(needed - found.keys()):
-            raise ValueError(f"without {missing[0]}")
-    except (OSError, ValueError, AttributeError) as error:
+        _Record.model_validate(found)
+    except ValidationError as error:
+        at = ".".join(map(str, error.errors()[0]["loc"]))
+        rule = f"a record that `lodbench score` wrote ({at}: {error.errors()[0]['msg']})"
+        raise InputError(where, str(path), rule, "score the pictures again") from None
+    except (OSError, ValueError, RecursionError) as error:
         rule = f"a record that `lodbench score` wrote ({error})"
-        raise InputError(where, str(path), rule) from None
+        raise InputError(where, str(path), rule, "score the pictures again") from None
     return found
 
 

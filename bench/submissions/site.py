@@ -6,6 +6,7 @@ python -m bench.submissions.site [FOLDER [OUT]]
 import csv
 import io
 import math
+import re
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -93,8 +94,9 @@ def _cell(value: float | None) -> str:
 
 def as_csv(rows: Sequence[Sequence[str]]) -> str:
     """Write the table as CSV."""
-    text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerows([HEADS, *rows])
+    text = io.StringIO()  # what a spreadsheet would calculate is quoted as it quotes texts
+    told = ([re.sub("^(?=[=+@-])", "'", cell) for cell in row] for row in rows)
+    csv.writer(text, lineterminator="\n").writerows([HEADS, *told])
     return text.getvalue()
 
 

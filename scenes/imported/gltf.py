@@ -377,4 +377,7 @@ def _colours(
         painted = np.asarray(painted)
         scale = np.iinfo(painted.dtype).max if painted.dtype.kind == "u" else 1.0
         colours = colours * (painted[:, :3] / scale)
+    elif not texture and "baseColorFactor" not in pbr:  # glTF's own default is a white metal
+        rule, cure = "a material with a base colour, or vertex colours", "say albedo in FILE.toml"
+        raise InputError(f"{where} material {material.get('name', '')}", "no colour", rule, cure)
     return colours

@@ -411,7 +411,8 @@ def texture_colours(
     except InputError:
         raise
     except Exception as error:  # whatever a picture's reader meets in a broken file
-        raise InputError(where, "its texture", f"a picture that can be read ({error})") from None
+        rule = f"a picture that can be read ({type(error).__name__})"
+        raise InputError(where, "its texture", rule, "save it as RGB PNG") from None
     coded = rgba[..., :3]  # decoded as by IEC 61966-2-1
     rgb = np.where(coded <= 0.04045, coded / 12.92, ((coded + 0.055) / 1.055) ** 2.4)
     for axis in (0, 1):

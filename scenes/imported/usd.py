@@ -38,15 +38,15 @@ from scenes.imported.part_tree import (
 MOST_TEXT_BYTES = 2**25
 """Of a layer that is text, which takes some 30 times as much memory."""
 
+_MOST_FOLDED = 1e-3
+"""Of the area of polygons, what their fans may cover beyond them."""
+
 OBJECT_FROM_Z_UP = np.array([[0, -1, 0, 0], [1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1.0]])
 
 _MOST_WORDS = 4 * MOST_NODES
 """``def`` in a text at most, before it is parsed: some stand for materials and not for nodes."""
 
 _PARTS = ("", "Xform", "Scope", "Mesh", "PointInstancer")
-
-GREY = (0.5, 0.5, 0.5)
-"""Albedo where a file says none."""
 
 
 def read_usd(path: Path, sidecar: Sidecar, note: Callable[[str], object]) -> list[Node]:
@@ -163,7 +163,11 @@ def _walk(
                 raise InputError(where, kind, rule, cure)
             check_frame(where, frame, "a scale of 0")
             if shape:
-                smooth += shape.GetSubdivisionSchemeAttr().Get() != "none"
+                scheme = shape.GetSubdivisionSchemeAttr()
+                smooth += scheme.Get() != "none"
+                if scheme.HasAuthoredValue() and scheme.Get() != "none":
+                    rule, cure = "a mesh as it is seen", "tessellate it as you export"
+                    raise InputError(where, f"a subdivision surface, {scheme.Get()}", rule, cure)
                 mesh, unclear = _read_mesh(where, shape, time)
                 mesh, triangles = moved(mesh, frame), triangles + len(mesh.faces)
                 check_triangle_count(name, triangles)
@@ -182,7 +186,7 @@ def _walk(
             passed |= kind == "Scope"
             yield Node(called, parent, frame, mesh, settings, bool(passed), unclear)
     if smooth:
-        note(f"{name}: {smooth} meshes are subdivision surfaces, of which the cage is read")
+        note(f"{name}: {smooth} meshes do not say subdivisionScheme none: their cage is read")
 
 
 def _instances(where: str, prim: Any, time: Any) -> list[tuple[Any, str, Any]]:
@@ -235,6 +239,16 @@ def _read_mesh(where: str, mesh: Any, time: Any) -> tuple[Mesh, InputError | Non
     face, number = expand(counts - 2)
     start = (np.cumsum(counts) - counts)[face]
     fans = np.stack((start, start + number + 1, start + number + 2), axis=1)
+    many = counts[face] > 3
+    a, b, c = (points[corners[fans[many, k]]] for k in range(3))
+    with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is refused below
+        normal = np.cross(b - a, c - a)
+        total = np.stack([np.bincount(face[many], x, len(counts)) for x in normal.T], axis=1)
+        turned = (normal * total[face[many]]).sum(axis=1) < 0
+        area = np.linalg.norm(normal, axis=1)
+    if area[turned].sum() > _MOST_FOLDED * area.sum():
+        rule, cure = "convex polygons, or triangles", "triangulate it as you export"
+        raise InputError(where, "faces that are not convex", rule, cure)
     fans = fans[~np.isin(face, mesh.GetHoleIndicesAttr().Get(time) or ())]
     if str(mesh.GetOrientationAttr().Get()) == "leftHanded":
         fans = fans[:, ::-1]
@@ -263,7 +277,7 @@ def _read_mesh(where: str, mesh: Any, time: Any) -> tuple[Mesh, InputError | Non
             raise InputError(where, f"primvars:{name}, {kind}", rule, "export it again")
         return made
 
-    colours, bound, unclear = np.tile(GREY, (len(corners), 1)), np.zeros(len(corners), bool), None
+    colours, bound, unclear = np.zeros((len(corners), 3)), np.zeros(len(corners), bool), None
     try:
         for each in (*UsdShade.MaterialBindingAPI(mesh).GetMaterialBindSubsets(), mesh):
             own = ~bound if each is mesh else np.isin(around, each.GetIndicesAttr().Get(time))
@@ -288,7 +302,7 @@ def _albedo(where: str, prim: Any, primvar: Any, like: np.ndarray, time: Any) ->
 
     Raises InputError where the way from the mesh to its colour is not one that is known here.
     """
-    from pxr import Ar, UsdShade
+    from pxr import Ar, UsdGeom, UsdShade
 
     def refuse(good: object, arrived: str, rule: str) -> None:
         if not good:
@@ -320,13 +334,19 @@ def _albedo(where: str, prim: Any, primvar: Any, like: np.ndarray, time: Any) ->
         refuse(not any(rel for _, rel in bound), "a material that is not there", "one that is")
         opacity, shown = primvar("displayOpacity", False), primvar("displayColor", False)
         refuse(opacity is None or opacity.min() >= 1, "displayOpacity", "opaque meshes alone")
-        return like if shown is None else shown
+        refuse(shown is not None, "no colour", "a material, or displayColor")
+        return shown
     where = f"{where} material {material.GetPrim().GetName()}"
     surface = material.ComputeSurfaceSource()[0]
     refuse(kind(surface) == "UsdPreviewSurface", kind(surface), "a UsdPreviewSurface")
     refuse(constant(surface, "opacity", 1.0) >= 1, "opacity", "opaque materials alone")
     diffuse = end(surface, "diffuseColor")
     if diffuse is None or not UsdShade.Output.IsOutput(diffuse):
+        mesh = UsdGeom.PrimvarsAPI(prim if prim.IsA(UsdGeom.Mesh) else prim.GetParent())
+        painted = [each for each in mesh.GetPrimvars() if each.GetTypeName().role == "Color"]
+        beside = {each.GetName() for each in painted} - {"primvars:displayColor"}
+        beside |= {each.GetFullName() for each in material.GetSurfaceOutputs()[1:]}
+        refuse(not beside, min(beside, default=""), "a plain colour and no others beside it")
         return np.full_like(like, constant(surface, "diffuseColor", (0.18,) * 3))  # its default
     texture = UsdShade.Shader(diffuse.GetPrim())
     if kind(texture) == "UsdPrimvarReader_float3":

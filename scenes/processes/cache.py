@@ -53,14 +53,15 @@ LIMIT_BYTES = 2 * 2**30
 FITTED = ROOT / "scenes" / "appearance" / "fitted.zip"
 FITTED_KINDS = ("appearance", "overlap", "tone", "stand", "sky")
 
-_FORMAT = "arrays 3"
+_FORMAT = "arrays 4"
 _SUBFOLDER, _SUFFIX = "arrays", ".arrays"
 _ABANDONED_S = 24 * 3600.0
 """After which a file that nobody finished is removed."""
 
 _WRITING = threading.Lock()
 _ROOMS = ("lod.", "scenes.")
-_DESCRIPTION = "description"
+_DESCRIPTION, _MEMBERS = "description", "members"
+"""Of an entry: ZIP's own list of its members may be damaged and name fewer."""
 
 
 @dataclass(frozen=True)
@@ -95,7 +96,7 @@ def kept(
     for folder in folders:
         with suppress(Exception):
             with np.load(folder / name, allow_pickle=False) as file:
-                arrays = {each: _read_only(file[each]) for each in file.files}
+                arrays = {each: _read_only(file[each]) for each in file[_MEMBERS].tolist()}
             with suppress(OSError):
                 os.utime(folder / name)
             return arrays
@@ -106,7 +107,7 @@ def kept(
             (folder / name).parent.mkdir(parents=True, exist_ok=True)
             with whole_file(folder / name, overwrite=True) as temporary:
                 with temporary.open("wb") as entry:
-                    np.savez(entry, **arrays)  # type: ignore[arg-type]
+                    np.savez(entry, **arrays, **{_MEMBERS: np.array([*arrays])})  # type: ignore[arg-type]
             _remove_oldest(folder)
             break
     return arrays
@@ -215,9 +216,7 @@ def kept_data(
         return pack(made[0])
 
     found = kept(kind, key, arrays, code)
-    with suppress(Exception):  # of an entry whose list of members is damaged, some may be missing
-        return made[0] if made else unpack(found)
-    return make()
+    return made[0] if made else unpack(found)
 
 
 def pack(data: Any) -> dict[str, np.ndarray]:

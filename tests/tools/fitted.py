@@ -45,7 +45,9 @@ def entries(folder: Path) -> dict[str, dict[str, np.ndarray]]:
     for kind in cache.FITTED_KINDS:
         for path in sorted(folder.glob(f"arrays/{kind}/*.arrays")):
             with np.load(path) as file:
-                found[f"{kind}/{path.stem.split('-')[0]}"] = {name: file[name] for name in file}
+                found[f"{kind}/{path.stem.split('-')[0]}"] = {
+                    name: file[name] for name in file[cache._MEMBERS].tolist()
+                }
     return found
 
 

@@ -205,6 +205,11 @@ def test_a_model_of_any_exporter_is_read(tmp_path: Path) -> None:
     assert read_model(whole.rename(tmp_path / "A.USDA")).digest == one
     header, data = lamp_tree_parts()
     (tmp_path / "a.GLB").write_bytes(glb(header, data))
+    whole = glb({**header, "extras": 0}, data)  # its text is filled up with zeros, not with spaces
+    size = 20 + int.from_bytes(whole[12:16], "little")
+    text = whole[20:size].replace(b', "extras": 0', b"").rstrip().ljust(size - 20, b"\0")
+    (tmp_path / "z.glb").write_bytes(whole[:20] + text + whole[size:])
+    assert read_model(tmp_path / "z.glb").digest == read_model(tmp_path / "a.GLB").digest
     (tmp_path / "a b.bin").write_bytes(data + bytes(4))
     header["buffers"][0]["uri"] = "a%20b.bin"
     (tmp_path / "a.gltf").write_text(json.dumps(header), encoding="utf-8-sig")

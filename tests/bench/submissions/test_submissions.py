@@ -217,6 +217,33 @@ def test_rows_are_by_score_and_nothing_of_a_record_is_markup():
     assert "<me>" in as_csv(rows)
 
 
+HOSTILE = {
+    "its settings are none": {"settings": []},
+    "its settings are a number": {"settings": 3},
+    "a picture lacks what is shown": {
+        "settings": [{**record()["settings"][0], "pictures": {"still": {}}}]
+    },
+    "its program has no name": {"program": " "},
+    "its machine is a word": {"machine": "x"},
+    "its score is no number": {"score": "1"},
+    "its score is not finite": {"score": float("inf")},
+    "its date is a list": {"date": []},
+}
+
+
+@pytest.mark.parametrize("case", HOSTILE)
+def test_a_record_that_cannot_be_is_one_line(tmp_path, case):
+    (tmp_path / "bad.json").write_text(json.dumps(record() | HOSTILE[case]))
+    with pytest.raises(InputError, match="`lodbench score` wrote") as refused:
+        write_site(tmp_path, tmp_path / "site")
+    assert str(refused.value).count("\n") == 0
+
+
+def test_a_spreadsheet_calculates_nothing_of_a_record():
+    text = as_csv(table_rows([record(program="=1+1"), record(program="-2 @x")]))
+    assert ",'=1+1," in text and ",'-2 @x," in text
+
+
 def test_a_step_in_the_history_is_told_with_its_date(tmp_path):
     scores = [1.0, 1.01, 0.99, 1.0, 1.02, 1.3, 1.31, 1.29, 1.32, 1.3]
     for k, each in enumerate(scores):

@@ -218,6 +218,19 @@ def test_a_signal_that_arrives_in_a_behaviour_ends_the_program(monkeypatch):
         restore(before)
 
 
+def test_no_clock_runs_while_a_behaviour_acts(monkeypatch):
+    """A machine that sleeps, or compiles, makes nobody's behaviour bad input."""
+    clocks = signal.ITIMER_REAL, signal.ITIMER_VIRTUAL, signal.ITIMER_PROF
+    running = []
+
+    def looks(me):
+        running.extend(signal.getitimer(each)[0] for each in clocks)
+        yield
+
+    with_behaviour(monkeypatch, looks)
+    assert running and not any(running)
+
+
 def test_two_who_ask_each_other_both_get_answers(monkeypatch):
     def asks_other(me):
         other = "ann" if me.name == "joe" else "joe"

@@ -1,7 +1,11 @@
 """Models with one thing wrong, each refused in a line that names the node, or honoured."""
 
 import json
+import os
 import resource
+import signal
+import subprocess
+import sys
 import time
 from collections.abc import Callable
 from functools import partial
@@ -9,9 +13,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import psutil
 import pytest
 
 from lod.errors import InputError
+from scenes.imported import part_tree
 from scenes.imported import usd as usd_module
 from scenes.imported.library import keep_model, read_model
 from tests.said import said
@@ -50,11 +56,14 @@ def raw(name: str, data: bytes) -> Callable[[Path], Path]:
     return make
 
 
+GREY = 'color3f[] primvars:displayColor = [(0.5,0.5,0.5)] (interpolation = "constant")'
+
+
 def usda(text: str) -> Callable[[Path], Path]:
     """A USD text file; a triangle stands wherever it says TRIANGLE."""
     points = "point3f[] points = [(0,0,0),(1,0,0),(0,1,0)]"
     faces = "int[] faceVertexCounts = [3]\nint[] faceVertexIndices = [0,1,2]"
-    text = text.replace("TRIANGLE", f"{points}\n{faces}")
+    text = text.replace("TRIANGLE", f"{points}\n{faces}\n{GREY}")
     return raw("a.usda", f"#usda 1.0\n{text}".replace("{", "{\n").replace("}", "\n}\n").encode())
 
 
@@ -213,6 +222,7 @@ REFUSED: tuple[Case, ...] = (
     ),
     ("an old version", gltf(lambda h: h.update(asset={"version": "1.0"})), "asset", "glTF 2.0"),
     ("corners that are not there", one_mesh("(0,0,0)", 3, "0,1,2"), "node /whole/c", "0 to 0"),
+    ("no number", one_mesh("(0,0,0),(1,0,0),(1,1,inf),(0,1,-inf)", 4, "0,1,2,3"), "c", "finite"),
     ("two corners", one_mesh("(0,0,0)", 2, "0,0"), "node /whole/c", "three corners"),
     ("no area", one_mesh("(0,0,0),(1,0,0),(2,0,0)", 3, "0,1,2"), "node /whole/c", "has area"),
     (
@@ -226,6 +236,18 @@ REFUSED: tuple[Case, ...] = (
         usda('def Xform "whole" (references = </whole>) {}'),
         "node /whole",
         "circle",
+    ),
+    (
+        "a face that is not convex",
+        one_mesh("(0,0,0),(1,0,0),(0.1,0,0.1),(0,0,1)", 4, "1,2,3,0"),
+        "node /whole/c",
+        "convex",
+    ),
+    (
+        "a cage",
+        usda(f'{X} def Mesh "c" {{TRIANGLE\nuniform token subdivisionScheme = "loop" }} }}'),
+        "node /whole/c",
+        "as it is seen",
     ),
     ("curves", usda(f'{X} def BasisCurves "c" {{}} }}'), "node /whole/c", "BasisCurves"),
     (
@@ -338,13 +360,43 @@ def test_layers_that_grow_tenfold_are_refused_in_time(
     for times in (1, 10):
         folder = tmp_path / f"{times}"
         folder.mkdir()
-        for k in range(13):
-            below = "\n".join(TENFOLD[arc](k + 1, n) for n in range(times)) if k < 12 else ""
-            text = f'#usda 1.0\n(defaultPrim = "r")\ndef Xform "r" {{\n{below}\n}}\n'
-            (folder / f"l{k}.usda").write_text(text)
         with pytest.raises(InputError) as refused:
-            read_model(folder / "l0.usda")
+            read_model(tenfold(folder, times, arc))
         assert ("composes within" in str(refused.value)) == (times == 10), refused.value
+
+
+def tenfold(folder: Path, times: int, arc: str) -> Path:
+    for k in range(13):
+        below = "\n".join(TENFOLD[arc](k + 1, n) for n in range(times)) if k < 12 else ""
+        text = f'#usda 1.0\n(defaultPrim = "r")\ndef Xform "r" {{\n{below}\n}}\n'
+        (folder / f"l{k}.usda").write_text(text)
+    return folder / "l0.usda"
+
+
+def test_nodes_are_counted_after_composition(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(part_tree, "MOST_NODES", 500)
+    many = "".join(f'def "n{k}"{{}}\n' for k in range(300))
+    (tmp_path / "l.usda").write_text(f'#usda 1.0\n(defaultPrim = "r")\ndef "r" {{\n{many}}}\n')
+    twice = "".join(f'def "{k}" (references = @l.usda@) {{}}\n' for k in "ab")
+    with pytest.raises(InputError, match="at most 500 nodes"):
+        read_model(usda(f"{X} {twice} }}")(tmp_path))
+
+
+def test_ctrl_c_ends_layers_that_grow_tenfold(tmp_path: Path) -> None:
+    words = [sys.executable, "-m", "bench.cli.main", "model", "show"]
+    words.append(str(tenfold(tmp_path, 10, "by references")))
+    program = subprocess.Popen(words, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    whole = psutil.Process(program.pid)
+    while not (composing := whole.children()):
+        assert program.poll() is None
+        time.sleep(0.05)
+    time.sleep(1)
+    os.killpg(program.pid, signal.SIGINT)  # as a terminal does
+    _, err = program.communicate(timeout=10)
+    assert (program.returncode, err) == (130, "lodbench: interrupted\n")
+    assert not any(each.is_running() for each in composing)
 
 
 def test_namesakes_are_numbered(tmp_path: Path) -> None:
@@ -369,7 +421,7 @@ def signed_volume(meshes: Any) -> float:
 def test_triangles_without_area_are_left_out(tmp_path: Path) -> None:
     make = usda(
         f'{X} def Mesh "c" {{point3f[] points = [(0,0,0),(1,0,0),(0,1,0),(2,0,0)]\n'
-        "int[] faceVertexCounts = [3,3]\nint[] faceVertexIndices = [0,1,2,0,1,3] } }"
+        f"int[] faceVertexCounts = [3,3]\nint[] faceVertexIndices = [0,1,2,0,1,3]\n{GREY} }} }}"
     )
     assert len(read_model(make(tmp_path)).meshes) == 1
 

@@ -14,7 +14,7 @@ from lod.errors import InputError
 from scenes.imported.library import read_model
 from scenes.imported.part_tree import texture_colours
 from tests.scenes.imported.sample_models import glb, lamp_tree_parts
-from tests.scenes.imported.test_broken_models import X, edited, usda
+from tests.scenes.imported.test_broken_models import GREY, X, edited, usda
 
 RED, GREEN = (230, 0, 0), (0, 200, 0)
 LINEAR_RED, LINEAR_GREEN = (0.7913, 0.0, 0.0), (0.0, 0.5776, 0.0)
@@ -29,6 +29,7 @@ texCoord2f[] primvars:st = [(0.25,0.5)] (interpolation = "constant")
 texCoord2f[] primvars:st1 = [(0.75,0.5)] (interpolation = "constant")
 texCoord2f[] primvars:far = [(1.25,0.5)] (interpolation = "constant")
 """
+SEEN = f"{MESH}{GREY}\n"
 
 
 def picture(folder: Path, mode: str = "RGB") -> Path:
@@ -94,6 +95,10 @@ FOLLOWED = {
     ),
     "sRGB": (textured('token inputs:sourceColorSpace = "sRGB"'), LINEAR_RED),
     "the surface's own default": (surface("float inputs:roughness = 1"), (0.18,) * 3),
+    "points in time": (
+        textured().replace("points = ", "points.timeSamples = { 3: ").replace(",1)]", ",1)] }", 1),
+        LINEAR_RED,
+    ),
     "displayColor from above": (
         plain("", 'color3f[] primvars:displayColor = [(0.1,0.4,0.2)] (interpolation = "constant")'),
         (0.1, 0.4, 0.2),
@@ -141,6 +146,22 @@ REFUSED = {
         plain('color3f[] primvars:displayColor = [(0,0,0),(1,1,1)] (interpolation = "vertex")'),
         "primvars:displayColor, vertex",
     ),
+    "no colour at all": (plain(""), "no colour"),
+    "colours that nothing reads": (
+        surface(
+            "color3f inputs:diffuseColor = (0.2,0.4,0.1)",
+            mesh='color4f[] primvars:Col = [(1,0,0,1)] (interpolation = "constant")',
+        ),
+        "primvars:Col",
+    ),
+    "another surface beside": (
+        surface("color3f inputs:diffuseColor = (0.2,0.4,0.1)").replace(
+            "token outputs:surface.connect",
+            "token outputs:mtlx:surface.connect = </whole/m/pbr.outputs:surface>\n"
+            "token outputs:surface.connect",
+        ),
+        "outputs:mtlx:surface",
+    ),
     "no such material": (textured().replace("binding = </whole/m>", "binding = </no>"), "material"),
 }
 
@@ -167,6 +188,11 @@ def test_a_picture_that_is_no_srgb_is_refused(mode: str, tmp_path: Path) -> None
         picture(tmp_path, mode)
     with pytest.raises(InputError, match=f"mode {mode}"):
         read_model(usda(textured())(tmp_path))
+    if mode == "I;16":
+        path = lamp(lambda h: h.update(images=[{"uri": "deep.png"}]))(tmp_path)
+        picture(tmp_path, mode).rename(tmp_path / "deep.png")
+        with pytest.raises(InputError, match=f"mode {mode}"):
+            read_model(path)
     if mode == "L":  # of one channel, but said to be coded
         (tmp_path / "b").mkdir()
         picture(tmp_path / "b", mode)
@@ -251,6 +277,8 @@ def test_gltf_has_the_colour_of_its_texture(u: float, expected: Any, tmp_path: P
         (material(extensions={"KHR_materials_pbrSpecularGlossiness": {}}), "SpecularGlossiness"),
         (material(extensions={"KHR_materials_transmission": {}}), "transmission"),
         (lambda h: h.update(samplers=[{"wrapS": 33071}]), "beyond its texture"),
+        (material(pbrMetallicRoughness={}), "no colour"),
+        (lambda h: h["meshes"][0]["primitives"][0].pop("material"), "no colour"),
     ],
 )
 def test_gltf_is_refused_by_name_as_well(change: Any, said: str, tmp_path: Path) -> None:
@@ -273,9 +301,9 @@ def test_the_first_frame_is_read_and_said(
     at = "xformOp:translate.timeSamples = { 1: (0,0,2), 9: (0,0,5) }"
     order = 'uniform token[] xformOpOrder = ["xformOp:translate"]'
     ghost = 'token visibility.timeSamples = { 1: "invisible", 9: "inherited" }'
-    body = f"""{X} def Mesh "c" {{{MESH}double3 {at}
+    body = f"""{X} def Mesh "c" {{{SEEN}double3 {at}
 {order} }}
-def Mesh "ghost" {{{MESH}{ghost} }} }}"""
+def Mesh "ghost" {{{SEEN}{ghost} }} }}"""
     low = read_model(usda(f'(\nupAxis = "Z"\nmetersPerUnit = 1\n){body}')(tmp_path)).meshes.vertices
     assert low[:, 2].min() == 2 and low[:, 2].max() == 3
     head = '(\nupAxis = "Z"\nmetersPerUnit = 1\nstartTimeCode = 9\nendTimeCode = 9\n)'
@@ -293,9 +321,9 @@ def test_cages_are_said_and_holes_are_left_out(tmp_path: Path) -> None:
     said: list[str] = []
     points = "point3f[] points = [(0,0,0),(1,0,0),(1,0,1),(0,0,1)]"
     faces = "int[] faceVertexCounts = [3,3]\nint[] faceVertexIndices = [0,1,2,0,2,3]"
-    text = f'{X} def Mesh "c" {{{points}\n{faces}\nint[] holeIndices = [1] }} }}'
+    text = f'{X} def Mesh "c" {{{points}\n{faces}\n{GREY}\nint[] holeIndices = [1] }} }}'
     assert len(read_model(usda(text)(tmp_path), said.append).meshes) == 1
-    assert "1 meshes are subdivision surfaces, of which the cage is read" in said[0]
+    assert "1 meshes do not say subdivisionScheme none: their cage is read" in said[0]
 
 
 def test_what_an_instancer_places_stands_there(tmp_path: Path) -> None:
@@ -308,9 +336,9 @@ point3f[] positions = [(0,0,0),(10,0,0),(20,0,0),(90,0,0)]
 quath[] orientations = [(1,0,0,0),(1,0,0,0),(0,0,0,1),(1,0,0,0)]
 float3[] scales = [(1,1,1),(2,2,2),(1,1,1),(1,1,1)]
 rel prototypes = [</whole/many/leaf>, </whole/many/bough>]
-def Mesh "leaf" {{{MESH}double3 xformOp:translate = (0,0,5)
+def Mesh "leaf" {{{SEEN}double3 xformOp:translate = (0,0,5)
 uniform token[] xformOpOrder = ["xformOp:translate"] }}
-def Xform "bough" {{ def Mesh "c" {{{MESH} }} def Mesh "d" {{{MESH} }} }} }} }}"""
+def Xform "bough" {{ def Mesh "c" {{{SEEN} }} def Mesh "d" {{{SEEN} }} }} }} }}"""
     tree = read_model(usda(text)(tmp_path))
     names = ("", "/leaf_0", "/leaf_2", "/bough_1", "/bough_1/c", "/bough_1/d")
     assert sorted(tree.names) == sorted(f"whole/many{each}" for each in names)
@@ -326,7 +354,7 @@ def test_prototypes_need_not_be_seen(above: str, tmp_path: Path) -> None:
     instancer = """def PointInstancer "many" { int[] protoIndices = [0,0]
 point3f[] positions = [(0,0,0),(10,0,0)]
 rel prototypes = </store/bough> }"""
-    store = f'{above} "store" {{ def Xform "bough" {{ def Mesh "c" {{{MESH} }} }} }}'
+    store = f'{above} "store" {{ def Xform "bough" {{ def Mesh "c" {{{SEEN} }} }} }}'
     tree = read_model(usda(f"{X} {instancer} }}\n{store}")(tmp_path))
     assert len(tree.meshes) == 4
 
@@ -337,8 +365,9 @@ def Scope "Looks" {{}} def Xform "lamps" {{ def SphereLight "sun" {{}} }}
 def Mesh "c" {{TRIANGLE}} def Mesh "d" {{TRIANGLE}} }}"""
     assert sorted(read_model(usda(text)(tmp_path)).names) == ["whole", "whole/c", "whole/d"]
     header, data = lamp_tree_parts()
-    edited(2, children=[len(header["nodes"])])(header)
-    header["nodes"] += [{"name": "eye", "camera": 0}]
+    edited(2, children=[len(header["nodes"]), len(header["nodes"]) + 1])(header)
+    lamp = {"name": "lamp", "extensions": {"KHR_lights_punctual": {"light": 0}}}
+    header["nodes"] += [{"name": "eye", "camera": 0}, lamp]
     (tmp_path / "a.glb").write_bytes(glb(header, data))
     assert "lamp tree/branch 0" not in read_model(tmp_path / "a.glb").names
 
