@@ -284,7 +284,7 @@ def test_warm_commands_are_judged_by_their_imports_and_cold_frames_by_the_clock(
     def turns(command, kept, imports, trace, total):
         case = {"topic": "start", "command": command, "variant": "", "kept": kept}
         seconds = zip(timing.TIMES, (imports, trace, total, total), strict=True)
-        samples = {name: [round(1e6 * s) + k for k in range(8)] for name, s in seconds}
+        samples = {name: [round(s * (10**6 + k)) for k in range(8)] for name, s in seconds}
         return Point(case, samples=columns(samples))
 
     points = (
