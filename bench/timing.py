@@ -21,6 +21,9 @@ from lod.arrays import Reals
 from scenes.processes.cache import VARIABLE
 from scenes.render.variants import JIT_VARIANT, SCALAR_VARIANT
 
+TIMES = "imports_us", "trace_us", "command_us", "command_cpu_us"
+"""Columns of a command's turns: wall time of its imports alone, of rays, and of all; CPU time."""
+
 
 def measure_command(
     words: tuple[str, ...], warm: int, cold: int, variants: Sequence[str], seed: int
@@ -28,7 +31,8 @@ def measure_command(
     """Time a command and its imports, in turns with the same in other variants.
 
     words     after ``lodbench``; of a first frame, without the folder it goes to
-    warm      turns with a folder of what is kept; ``cold`` turns begin with nothing kept
+    warm      turns with a folder of what is kept, the last cold one's; ``cold`` turns begin with
+              nothing kept, neither by lodbench nor, below the home folder, by Dr.Jit
     variants  that frames are rendered in; none for a command that renders nothing
     """
     rows: dict[tuple[str, str], list[list[int]]] = {}
@@ -41,26 +45,25 @@ def measure_command(
                 target = str(Path(folder) / "a.####.exr")
                 own += "-o", target, "--overwrite", "--json", "--variant", variant
             environment = {k: v for k, v in os.environ.items() if k != "NUMBA_CACHE_DIR"}
-            environment[VARIABLE] = str(cache)
+            environment |= {VARIABLE: str(cache), "HOME": str(cache)}
+            cache.mkdir(exist_ok=True)
             _, imported_s, _ = run_timed((sys.executable, "-c", imports), environment)
             command = sys.executable, "-m", "lodbench", *own
             said, wall_s, cpu_s = run_timed(command, environment)
             traced_s = json.loads(said.splitlines()[0])["seconds"]["trace"] if variant else 0.0
             return [round(1e6 * s) for s in (imported_s, traced_s, wall_s, cpu_s)]
 
-        turns = [("cold", f"cold{k}") for k in range(cold)]
-        # The first with a folder keeps what is not there yet.
-        turns += [("", "kept")] * (warm > 0) + [("warm", "kept")] * warm
-        for how, name in turns:
+        last = max(cold - 1, 0)
+        turns = [("cold" if cold else "", str(k)) for k in range(last + 1)]
+        for how, name in turns + [("warm", str(last))] * warm:
             for variant in variants or ("",):
                 found = turn(variant, Path(folder, name + variant))
                 rows.setdefault((variant, how), []).append(found)
-    names = "imports_us", "trace_us", "command_us", "command_cpu_us"
     topic, command = "variants" if len(variants) > 1 else "start", f"lodbench {' '.join(words)}"
     return [
         Point(
             {"topic": topic, "command": command, "variant": variant, "kept": how},
-            samples=columns(dict(zip(names, map(list, zip(*row, strict=True)), strict=True))),
+            samples=columns(dict(zip(TIMES, map(list, zip(*row, strict=True)), strict=True))),
         )
         for (variant, how), row in rows.items()
         if how
@@ -83,30 +86,34 @@ def variants_claims(points: Sequence[Point]) -> Iterator[Claim]:
 
 
 def start_claims(points: Sequence[Point]) -> Iterator[Claim]:
-    """Bound the time of warm commands by that of their imports, and of the rays of a frame."""
-    for point in where(points, kept="warm"):
-        found = _over_imports(point)
-        if len(found) >= LEAST_REPEATS:
-            traced = bool(point.values("trace_us").any())
-            work = "its imports and trace" if traced else "its imports"
-            estimand, bound = f"time of a command ÷ {work}", at_most(1.5 if traced else 4)
-            of, median = {"command": point.case["command"]}, two_sided_median(found)
-            yield claim(estimand, bound, of, median, unit="turn", source="asked")
+    """Bound the time of warm commands by that of their imports and rays, and of cold frames."""
+    for point in points:
+        of, traced = {"command": point.case["command"]}, bool(point.values("trace_us").any())
+        found, unit = _over_imports(point), "÷ its imports"
+        if len(found) < LEAST_REPEATS:
+            continue
+        if point.case["kept"] == "warm":
+            unit, bound = ("÷ its imports and trace", 1.5) if traced else ("÷ its imports", 2)
+        elif traced:
+            found, unit, bound = point.values("command_us") / 1e6, "with nothing kept [s]", 60
+        else:
+            continue
+        told = f"time of a command {unit}", at_most(bound), of, two_sided_median(found)
+        yield claim(*told, unit="turn", source="asked")
 
 
 def start_tables(record: Record) -> Iterator[tuple[str, Table]]:
-    """Show what imports, trace and command take, medians."""
-    heads = "command", "imports [s]", "trace [s]", "command [s]", "command ÷ (imports + trace)"
+    """Show what imports, trace and command take, medians, with intervals of enough turns."""
+    heads = "command", "imports [s]", "trace [s]", "command [s]", "command [CPU s]"
     rows: list[tuple[str, ...]] = []
     for point in record.points:
-        columns_us = (point.values(f"{name}_us") for name in ("imports", "trace", "command"))
-        found = _over_imports(point)
-        enough = len(found) >= LEAST_REPEATS
+        taken = [*(point.values(name) / 1e6 for name in TIMES), _over_imports(point)]
+        median = two_sided_median if len(taken[0]) >= LEAST_REPEATS else np.median
+        told = (f"{median(each):.2f}" for each in taken)
         rows.append(
             (
                 f"{point.case['command']} {point.case.get('variant', '')}, {point.case['kept']}",
-                *(f"{np.median(us) / 1e6:.2f}" for us in columns_us),
-                f"{two_sided_median(found):.2f}" if enough else f"{np.median(found):.2f}",
+                *told,
             )
         )
-    yield "Commands from the shell", (heads, rows)
+    yield "Commands from the shell", ((*heads, "command ÷ (imports + trace)"), rows)

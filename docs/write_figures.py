@@ -4,7 +4,9 @@ A block begins with ``<!-- claims: headlines -->`` or ``<!-- claims: EXPERIMENT 
 a pattern is one of names of claims as of files (``parts_over*/blake/*``), and ends with
 ``<!-- end of claims -->``. ``<!-- figure: EXPERIMENT NAME PANELS -->`` begins a figure of
 ``report.md``, of which so many panels are shown, or all; it ends with ``<!-- end of figure -->``.
-Between ``<!-- found -->`` and ``<!-- end of found -->`` stand the titles of SIX figures.
+``<!-- value: EXPERIMENT PATTERN -->`` begins a number within a sentence, the measured value of the
+one claim of that name with its interval, and ``<!-- end of value -->`` ends it. Between
+``<!-- found -->`` and ``<!-- end of found -->`` stand the titles of SIX figures.
 `make docs` fills all pages, and a test compares. Figures of a record whose experiment
 asks something else today cannot be drawn again: those blocks and rows stay as they were.
 """
@@ -27,6 +29,7 @@ REFERENCE = ROOT / "results" / "reference"
 HEADLINES = "headlines"
 _BLOCK = re.compile(r"(<!-- claims: ([^>]+) -->\n).*?(<!-- end of claims -->)", re.S)
 _FIGURE = re.compile(r"(<!-- figure: ([^>]+) -->\n).*?(<!-- end of figure -->)", re.S)
+_VALUE = re.compile(r"(<!-- value: (\S+) (\S+) -->).*?(<!-- end of value -->)", re.S)
 _FOUND = re.compile(r"(<!-- found -->\n).*?(<!-- end of found -->)", re.S)
 SIX = (
     ("Do counts follow the law?", "law", "counts", "law"),
@@ -45,7 +48,8 @@ def pages() -> list[Path]:
     """Return README, the manual and the pages of results that have a block."""
     every = (ROOT / "README.md", *(ROOT / "docs").glob("*.md"), *(ROOT / "results").glob("*.md"))
     texts = {path: path.read_text(encoding="utf-8") for path in every}
-    return [path for path, text in texts.items() if _BLOCK.search(text) or _FIGURE.search(text)]
+    marks = _BLOCK, _FIGURE, _VALUE
+    return [path for path, text in texts.items() if any(each.search(text) for each in marks)]
 
 
 def filled(text: str, folder: str = "reference") -> str:
@@ -54,6 +58,7 @@ def filled(text: str, folder: str = "reference") -> str:
     Raises ValueError for a pattern without a claim, and for a figure that is not there.
     """
     text = _BLOCK.sub(lambda found: f"{found[1]}\n{_table(*found[2].split())}\n\n{found[3]}", text)
+    text = _VALUE.sub(lambda old: f"{old[1]}{_value(old[2], old[3])}{old[4]}", text)
     text = _FOUND.sub(lambda old: f"{old[1]}\n{_found(folder, old[0])}\n\n{old[2]}", text)
     return _FIGURE.sub(
         lambda old: (
@@ -109,12 +114,17 @@ def _drawn(experiment: str, name: str) -> tuple[str, list[tuple[str, ...]], str]
 
 @cache
 def judged() -> dict[str, tuple[list[Claim], str]]:
-    """Return the claims of the reference run by experiment, and the commits they are of."""
+    """Return the claims of the reference run by experiment, and the commits they are of.
+
+    Those of several records of an experiment, as of topics that were run apart, are together.
+    """
     runs = json.loads((REFERENCE / "claims.json").read_text(encoding="utf-8"))
-    return {
-        run["experiment"]: ([claim_from(one) for one in run["claims"]], run["commit"])
-        for run in runs
-    }
+    found: dict[str, tuple[list[Claim], str]] = {}
+    for run in runs:
+        claims, commits = found.get(run["experiment"], ([], ""))
+        commits = ", ".join(filter(None, (commits, run["commit"][:7])))
+        found[run["experiment"]] = [*claims, *map(claim_from, run["claims"])], commits
+    return found
 
 
 def _table(experiment: str, *patterns: str) -> str:
@@ -128,7 +138,7 @@ def _table(experiment: str, *patterns: str) -> str:
         return _markdown(("claim", "measured (95 %)", "verdict", "measured by"), lines)
     if experiment not in judged():
         return "Not measured yet: the reference run has no record of this experiment."
-    claims, commit = judged()[experiment]
+    claims, commits = judged()[experiment]
     for pattern in patterns:
         if not any(fnmatchcase(each.name, pattern) for each in claims):
             raise ValueError(f"{experiment}: no claim is named {pattern}")
@@ -140,8 +150,19 @@ def _table(experiment: str, *patterns: str) -> str:
     counted = Counter(each.verdict for each in claims)
     said = ", ".join(f"{n} {verdict}" for verdict, n in counted.most_common())
     table = _markdown(("claim", "measured (95 %)", "verdict"), [_cells(each) for each in shown])
-    told = f"Of all {len(claims)} claims: {said}. `lodbench run {experiment}`, commit {commit[:7]}."
+    told = f"Of all {len(claims)} claims: {said}. `lodbench run {experiment}`, commit {commits}."
     return "\n\n".join(filter(None, (table if shown else "", told)))
+
+
+def _value(experiment: str, pattern: str) -> str:
+    claims, _ = judged().get(experiment, ([], ""))
+    named = [each for each in claims if fnmatchcase(each.name, pattern)]
+    if len(named) != 1:
+        raise ValueError(
+            f"{experiment}: {len(named)} claims are named {pattern}, where one is meant"
+        )
+    found = named[0]
+    return f"{found.measured:.2g} ({found.low:.2g} to {found.high:.2g})"
 
 
 def _cells(claim: Claim) -> tuple[str, str, str]:

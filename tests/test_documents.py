@@ -94,6 +94,16 @@ def test_pages_quote_the_claims_of_the_records() -> None:
     assert figures.filled(changed) == text
 
 
+def test_a_number_within_a_sentence_is_that_of_its_claim() -> None:
+    figures = writer("write_figures")
+    claims, _ = figures.judged()["cost"]
+    name = next(each.name for each in claims if each.measured == each.low == each.high == 1)
+    begin, end = f"There is <!-- value: cost {name} -->", "<!-- end of value --> frame."
+    assert figures.filled(f"{begin}2{end}") == f"{begin}1 (1 to 1){end}"
+    with pytest.raises(ValueError, match="claims are named time"):
+        figures.filled("<!-- value: cost time* --><!-- end of value -->")
+
+
 def test_the_notebook_is_the_page_of_python() -> None:
     written = writer("write_notebook")
     assert written.NOTEBOOK.read_text(encoding="utf-8") == written.notebook(), "run `make docs`"

@@ -88,15 +88,14 @@ def kept(
     entry_key = content_key(kind, key)[:40]
     if found := _fitted().get(f"{kind}/{entry_key}"):
         with suppress(Exception):  # damage may appear as any error at all
-            return {name: _read_only(_member(path)) for name, path in found.items()}
+            return _read_members(FITTED, found)
     made_by = (np.__version__, platform.python_version(), platform.machine())
     sources = content_key(_FORMAT, made_by, _code_digest(tuple(code)))[:24]
     name = Path(_SUBFOLDER, kind, f"{entry_key}-{sources}{_SUFFIX}")
     folders = [each for each in cache_folders() if is_private(each)]
     for folder in folders:
         with suppress(Exception):
-            with np.load(folder / name, allow_pickle=False) as file:
-                arrays = {each: _read_only(file[each]) for each in file[_MEMBERS].tolist()}
+            arrays = _read_members(folder / name)
             with suppress(OSError):
                 os.utime(folder / name)
             return arrays
@@ -114,21 +113,35 @@ def kept(
 
 
 @functools.cache
-def _fitted() -> dict[str, dict[str, str]]:
-    """List what comes with the package: members of FITTED by kind and key, and name of array."""
-    found: dict[str, dict[str, str]] = {}
+def _fitted() -> dict[str, list[str]]:
+    """List what comes with the package: members of FITTED by kind and key."""
+    found: dict[str, list[str]] = {}
     with suppress(OSError, zipfile.BadZipFile):
         with zipfile.ZipFile(FITTED) as file:
             for path in file.namelist():
-                entry, _, name = path.rpartition("/")
-                found.setdefault(entry, {})[name.removesuffix(".npy")] = path
+                found.setdefault(path.rpartition("/")[0], []).append(path)
     return found
 
 
-def _member(path: str) -> np.ndarray:
-    with zipfile.ZipFile(FITTED) as file:
-        array: np.ndarray = np.load(io.BytesIO(file.read(path)), allow_pickle=False)
-        return array
+def _read_members(path: Path, members: Sequence[str] = ()) -> dict[str, np.ndarray]:
+    """Read arrays of an .npz file by name: those of some members, or of all."""
+    with zipfile.ZipFile(path) as file:
+        chosen = {each: file.read(each) for each in members or file.namelist()}
+    names = (each.rpartition("/")[2].removesuffix(".npy") for each in chosen)
+    return dict(zip(names, map(_read_array, chosen.values()), strict=True))
+
+
+def _read_array(data: bytes) -> np.ndarray:
+    """Read an array as np.load does, which would parse every one's type and shape anew."""
+    end = 10 + int.from_bytes(data[8:10], "little")
+    shape, is_fortran, dtype = _type_and_shape(data[:end])
+    values = np.frombuffer(data, dtype, math.prod(shape), end)
+    return _read_only(values.reshape(shape, order="F" if is_fortran else "C"))
+
+
+@functools.cache
+def _type_and_shape(head: bytes) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
+    return np.lib.format.read_array_header_1_0(io.BytesIO(head[8:]))
 
 
 def _read_only(values: Any) -> np.ndarray:

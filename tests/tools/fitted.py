@@ -53,10 +53,8 @@ def entries(folder: Path) -> dict[str, dict[str, np.ndarray]]:
 
 def shipped() -> dict[str, dict[str, np.ndarray]]:
     """Read what comes with the package, as ``entries`` does."""
-    return {
-        entry: {name: cache._member(path) for name, path in members.items()}
-        for entry, members in cache._fitted().items()
-    }
+    known = cache._fitted().items()
+    return {entry: cache._read_members(cache.FITTED, members) for entry, members in known}
 
 
 def differing(made: dict[str, dict[str, np.ndarray]]) -> list[str]:
