@@ -14,6 +14,7 @@ import logging
 import os
 import tempfile
 import threading
+import time
 import uuid
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -289,8 +290,19 @@ def _ended(
         )
         for key, frame in frame_of.items()
     ]
+    ended, seen = as_completed(futures), time.monotonic()
     try:
-        for future in as_completed(futures):
+        while ended.count():
+            if not ended.has_ready():
+                time.sleep(0.05)
+                if time.monotonic() - seen > _WORKERS_S:
+                    if not client.scheduler_info()["workers"]:
+                        rule = f"a cluster that has a worker within {_WORKERS_S} s"
+                        cure = "start workers, and give the same command again"
+                        raise InputError("--cluster", "no worker is left", rule, cure)
+                    seen = time.monotonic()
+                continue
+            future, seen = next(ended), time.monotonic()
             frame, error = frame_of[future.key], future.exception()
             if isinstance(error, KilledWorker):
                 yield frame, error.allowed_failures + 1

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from bench.methods.cycles import CYCLES
 
+from bench.methods.environments import CYCLES
 from lod.errors import InputError
 from lod.shapes import triangle_areas
 from scenes.imported.library import read_model

@@ -147,6 +147,17 @@ def test_a_worker_with_another_version_is_refused(settings, two, tmp_path):
         list(render_on_cluster(job, two))
 
 
+def test_a_cluster_that_lost_all_workers_is_not_waited_for_without_end(
+    settings, tmp_path, monkeypatch
+):
+    monkeypatch.setattr(dask_cluster, "_WORKERS_S", 1)
+    job = open_job(tmp_path / "a.####.exr", [1], settings)
+    with cluster("1", 1) as one:
+        one.client.cluster.scale(0)
+        with pytest.raises(InputError, match="no worker is left"):
+            list(render_on_cluster(job, one))
+
+
 def test_workers_are_asked_for_their_version_first():
     class Client:
         def run(self, function, on_error):
