@@ -43,6 +43,7 @@ class World:
 
     preset  it is made of, and ``settings`` that differ
     grown   share of the objects that a habitat lets grow
+    aside_m  how far to the right the camera stands, so that nobody stands before it
     reach_m, detail_px  how far its ground reaches, and how finely it is cut
     """
 
@@ -51,6 +52,7 @@ class World:
     reach_m: float
     detail_px: float = 2.0
     grown: float = 1.0
+    aside_m: float = 0.0
 
 
 WORLDS = {
@@ -62,6 +64,7 @@ WORLDS = {
             *("species.sward.density=2.0", "species.tree.sizes=[1.0]", "species.sward.sizes=[1.0]"),
         ),
         2000.0,
+        aside_m=3.0,
     ),
     "forest": World(
         "forest",
@@ -99,7 +102,9 @@ def settings_of(name: str) -> tuple[str, tuple[str, ...]]:
     density = world.grown * sum(each.density for each in plain.species.values())
     side = round(math.sqrt(SIZES[size] / density), 3)
     heading = math.radians(plain.camera.heading)
-    x, y = (round(-_AHEAD * side * to(heading), 3) for to in (math.sin, math.cos))
+    ahead = np.array([math.sin(heading), math.cos(heading)])
+    place = -_AHEAD * side * ahead + world.aside_m * ahead[::-1] * (1, -1)
+    x, y = place.round(3).tolist()
     still = (f"species.{k}.patrol=0" for k, each in plain.species.items() if each.patrol)
     return world.preset, (
         *world.settings,

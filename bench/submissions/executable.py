@@ -16,7 +16,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -30,6 +30,7 @@ from bench.submissions.entry import (
     setting_row,
     write_record,
 )
+from bench.submissions.score import plain
 from lod.errors import InputError
 
 EVERY_S = 0.02
@@ -52,16 +53,6 @@ class Executed:
     cpu_seconds: float
     peak_bytes: int
     stages: Mapping[str, float]
-
-    def as_json(self, repeat: int) -> dict[str, Any]:
-        """Return plain data of one repeat."""
-        return {
-            "repeat": repeat,
-            "seconds": round(self.seconds, 4),
-            "cpu_seconds": round(self.cpu_seconds, 4),
-            "peak_bytes": self.peak_bytes,
-            "stages": dict(self.stages),
-        }
 
 
 def words_of(command: str, values: Mapping[str, object]) -> list[str]:
@@ -215,7 +206,7 @@ def run_program(
             took = execute(words_of(command, values), place / "log.txt")
             if not picture.is_file():
                 raise InputError("--command", command, f"it writes {{exr}}; see {place}/log.txt")
-            runs[setting].append(took.as_json(repeat))
+            runs[setting].append({"repeat": repeat, **plain(asdict(took))})
     rows, first = [], []
     for setting, row in runs.items():
         first = [folder / f"{setting:g}" / "0" / "still.exr"]

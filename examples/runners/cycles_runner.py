@@ -263,7 +263,9 @@ def set_colour(data, domain, colours):
 def show(scene, data, material):
     """Link an object of these data."""
     data.materials.append(material)
-    scene.collection.objects.link(bpy.data.objects.new(data.name, data))
+    made = bpy.data.objects.new(data.name, data)
+    made.shadow_terminator_geometry_offset = 0.0  # it lights slopes that face away from the sun
+    scene.collection.objects.link(made)
 
 
 def set_sampling(scene, numbers, samples, seed):
