@@ -64,8 +64,10 @@ class Habitat:
 
     def share(self, corner: Corner, xy: np.ndarray) -> Reals:
         """Compute the share of its density at points (n, 2) [m] from the corner, (n,), 0 to 1."""
-        height = self.relief.height(corner, xy)
-        by_height = np.clip((self.highest - height) / self.thinning, 0.0, 1.0)
+        by_height = np.ones(len(xy))
+        if not math.isinf(self.highest):
+            height = self.relief.height(corner, xy)
+            by_height = np.clip((self.highest - height) / self.thinning, 0.0, 1.0)
         if math.isinf(self.steepest):
             return by_height
         shortest_waves_m = np.full(len(xy), 16.0)
@@ -275,7 +277,7 @@ class SpeciesField:
         xy = self.cells.positions(corner, samples) + walkers.offset
         facing, phase = (walkers.cos, walkers.sin), walkers.phase
         placements = Placements(xy, *facing, prototype, phase, stride_factor)
-        if view is not None:
+        if view is not None and self.prototypes.pose_tables.max_legs:
             detail = ground_contact_detail(self.prototypes, view, xy, prototype)
             placements = placements._replace(contact_detail=detail)
         heights = partial(self.ground.height, corner)

@@ -66,12 +66,15 @@ class PatrolOrbit(NamedTuple):
         if not (np.isfinite(time_s).all() and np.isfinite(radius).all() and np.all(radius > 0)):
             arrived = float(np.max(time_s, initial=0.0)), float(radius.min(initial=math.inf))
             raise InputError("patrol", arrived, "a finite time, a radius above 0 m")
-        rotations = np.where(self.clockwise, -1.0, 1.0)
-        # Whole rounds and whole cycles drop out before they cost any digits.
-        rounds = np.fmod(time_s * (self.stride / self.period) / (2 * np.pi * radius), 1.0)
-        facing = self.heading + rotations * 2 * np.pi * rounds
+        facing: Reals = self.heading
+        away: Reals | float = 0.0
+        if (walks := self.stride > 0).any():
+            rotations = np.where(self.clockwise, -1.0, 1.0)
+            # Whole rounds and whole cycles drop out before they cost any digits.
+            rounds = np.fmod(time_s * (self.stride / self.period) / (2 * np.pi * radius), 1.0)
+            facing = self.heading + rotations * 2 * np.pi * rounds
+            away = np.where(walks, radius, 0.0) * rotations
         cos, sin = np.cos(facing), np.sin(facing)
-        away = np.where(self.stride > 0, radius, 0.0) * rotations
         offset = np.stack((away * sin, -away * cos), axis=1)
         phase = np.mod(self.phase + np.fmod(time_s / self.period, 1.0), 1.0)
         return Walkers(offset, cos, sin, phase)
