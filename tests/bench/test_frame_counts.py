@@ -32,6 +32,14 @@ def test_a_prediction_is_right_to_a_thousandth(monkeypatch, pitch):
     assert quick.parts == pytest.approx(fine.parts, rel=1e-3)
 
 
+def test_grass_is_predicted_where_it_is_displayed_in_view_alone():
+    others = [f"species.{name}.density=0" for name in ("figure", "tree")]
+    scene = Scene(load_preset("meadow", ["view.detail=3", "species.sward.prototypes=1", *others]))
+    found = count_frame.count(scene.world, scene.view(1))
+    for each in (found.objects, found.parts):
+        assert abs(each.displayed - each.predicted) < 4 * each.predicted_sd
+
+
 QUICK = "fly_in"
 
 
