@@ -1,6 +1,7 @@
 """Array types by shape, and the freezing and checking of the columns of frozen data."""
 
 from dataclasses import fields
+from functools import cache
 from typing import Annotated, Any
 
 import numpy as np
@@ -43,9 +44,14 @@ class ArrayData:
     """
 
     def __post_init__(self) -> None:
-        data: Any = self
-        kinds = {each.name: getattr(each.type, "__metadata__", ()) for each in fields(data)}
-        freeze(data, **{name: kind[0] for name, kind in kinds.items() if kind})
+        freeze(self, **_array_fields(type(self)))
+
+
+@cache
+def _array_fields(data: Any) -> dict[str, Any]:
+    """Name the fields of a class that are arrays, with their kinds of numbers."""
+    kinds = {each.name: getattr(each.type, "__metadata__", ()) for each in fields(data)}
+    return {name: kind[0] for name, kind in kinds.items() if kind}
 
 
 def check_columns(where: str, data: Any, **shapes: tuple[int, ...]) -> None:

@@ -290,8 +290,10 @@ def count_moments(
         where = net.xy[rows], net.area[rows] * kinds, net.turn[rows], ground[rows]
         hierarchy = hierarchies[kind]
         inside = limits_seen(hierarchy, view, view.m)
-        # Nothing is kept only because it is out of view.
+        # Nothing is kept only because it is out of view, and nothing there of what thins out.
         outside = np.minimum(inside, limits_seen(hierarchy, view, view.m_offscreen))
+        if hierarchy.is_thinned and view.metric.finite:
+            outside = np.zeros_like(inside)
         falling = (_FallingLimits.of(each, hierarchy.level, levels) for each in (inside, outside))
         bound = hierarchy.B + view.camera.baseline_m / 2
         parts = hierarchy.position, bound, hierarchy.level, inside, *falling

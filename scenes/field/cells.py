@@ -130,6 +130,8 @@ class CellSamples(ArrayData):
 
     def take(self, rows: np.ndarray) -> "CellSamples":
         """Select the objects at ``rows`` (indices or flags)."""
+        if rows.dtype == bool:
+            rows = np.flatnonzero(rows)
         return CellSamples(self.cell_x[rows], self.cell_y[rows], self.index[rows], self.u[rows])
 
 

@@ -101,12 +101,15 @@ class PatrolOrbit(NamedTuple):
         if not (np.isfinite(time_s).all() and np.isfinite(radius).all() and np.all(radius > 0)):
             arrived = float(np.max(time_s, initial=0.0)), float(radius.min(initial=math.inf))
             raise InputError("patrol", arrived, "a finite time, a radius above 0 m")
-        rotations = np.where(self.clockwise, -1.0, 1.0)
-        # Whole rounds and whole cycles drop out before they cost any digits.
-        rounds = np.fmod(time_s * (self.stride / self.period) / (2 * np.pi * radius), 1.0)
-        facing = self.heading + rotations * 2 * np.pi * rounds
+        facing: Reals = self.heading
+        away: Reals | float = 0.0
+        if (walks := self.stride > 0).any():
+            rotations = np.where(self.clockwise, -1.0, 1.0)
+            # Whole rounds and whole cycles drop out before they cost any digits.
+            rounds = np.fmod(time_s * (self.stride / self.period) / (2 * np.pi * radius), 1.0)
+            facing = self.heading + rotations * 2 * np.pi * rounds
+            away = np.where(walks, radius, 0.0) * rotations
         cos, sin = np.cos(facing), np.sin(facing)
-        away = np.where(self.stride > 0, radius, 0.0) * rotations
         offset = np.stack((away * sin, -away * cos), axis=1)
         phase = np.mod(self.phase + np.fmod(time_s / self.period, 1.0), 1.0)
         return Walkers(offset, cos, sin, phase)
@@ -143,8 +146,10 @@ class Habitat:
 
     def share(self, corner: Corner, xy: np.ndarray) -> Reals:
         """Compute the share of its density at points (n, 2) [m] from the corner, (n,), 0 to 1."""
-        height = self.relief.height(corner, xy)
-        by_height = np.clip((self.highest - height) / self.thinning, 0.0, 1.0)
+        by_height = np.ones(len(xy))
+        if not math.isinf(self.highest):
+            height = self.relief.height(corner, xy)
+            by_height = np.clip((self.highest - height) / self.thinning, 0.0, 1.0)
         if math.isinf(self.steepest):
             return by_height
         shortest_waves_m = np.full(len(xy), 16.0)
@@ -354,7 +359,7 @@ class SpeciesField:
         xy = self.cells.positions(corner, samples) + walkers.offset
         facing, phase = (walkers.cos, walkers.sin), walkers.phase
         placements = Placements(xy, *facing, prototype, phase, stride_factor)
-        if view is not None:
+        if view is not None and self.prototypes.pose_tables.max_legs:
             detail = ground_contact_detail(self.prototypes, view, xy, prototype)
             placements = placements._replace(contact_detail=detail)
         heights = partial(self.ground.height, corner)

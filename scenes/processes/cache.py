@@ -96,6 +96,7 @@ def kept(
     for folder in folders:
         with suppress(Exception):
             arrays = _read_members(folder / name)
+            arrays = {each: arrays[each] for each in arrays[_MEMBERS].tolist()}
             with suppress(OSError):
                 os.utime(folder / name)
             return arrays

@@ -36,3 +36,11 @@ def test_a_prediction_is_right_to_a_thousandth(monkeypatch, pitch):
 )
 def test_first_frames_have_their_golden_counts(name):
     assert golden_counts(name) == json.loads(FILE.read_text())[name]
+
+
+def test_grass_is_predicted_where_it_is_displayed_in_view_alone():
+    others = [f"species.{name}.density=0" for name in ("figure", "tree")]
+    scene = Scene(load_preset("meadow", ["view.detail=3", "species.sward.prototypes=1", *others]))
+    found = count_frame.count(scene.world, scene.view(1))
+    for each in (found.objects, found.parts):
+        assert abs(each.displayed - each.predicted) < 4 * each.predicted_sd
