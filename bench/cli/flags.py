@@ -76,6 +76,13 @@ def complete_value(_: click.Context, option: click.Parameter, begun: str) -> lis
     from scenes.plugins import metric_names
     from scenes.presets.keys import key_entries
 
+    if option.name in ("tone", "view", "variant"):
+        from scenes.render.pictures import TONE_CURVES, VIEWS
+        from scenes.render.variants import JIT_VARIANT, SCALAR_VARIANT
+
+        known = {"tone": [*TONE_CURVES], "view": [*VIEWS]}.get(option.name)
+        known = known or ["auto", JIT_VARIANT, SCALAR_VARIANT]
+        return [CompletionItem(word) for word in known if word.startswith(begun)]
     kinds = {each.name: each.kind for each in key_entries()}
     key, equals, _value = begun.partition("=")
     if option.name == "settings" and not equals:
@@ -97,9 +104,7 @@ _VIEW_FLAGS = (
     click.option("--seed", metavar="N", help="Seed of every random choice."),
     value_option("--metric", metavar="NAME", help="Member of the metric family."),
     click.option("--detail", metavar="PX", help="Detail threshold τ in pixels."),
-    click.option(
-        "--max-parts", metavar="N", help="Set --detail so that every frame displays N parts."
-    ),
+    click.option("--max-parts", metavar="N", help="Set --detail so that no frame displays more."),
     click.option("--visibility", metavar="LENGTH", help="20km, 500m, or clear."),
     click.option(
         "--shutter", metavar="DEGREES", help="Shutter angle, 360 = a whole frame; 0 = no blur."
@@ -149,8 +154,8 @@ _FILE_FLAGS = (
 
 
 _PICTURE_FLAGS = (
-    click.option("--tone", default="filmic", metavar="NAME", help="filmic, reinhard or linear."),
-    click.option("--view", default="colour", metavar="NAME", help="Of previews: colour or level."),
+    value_option("--tone", default="filmic", metavar="NAME", help="filmic, reinhard or linear."),
+    value_option("--view", default="colour", metavar="NAME", help="colour, level or species."),
     click.option("--exposure", type=float, default=0.0, metavar="STOPS", help="Of previews."),
 )
 
