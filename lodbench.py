@@ -96,13 +96,15 @@ class Frame:
 
         tone      ``filmic``, ``reinhard`` or ``linear``
         exposure  stops above the one that fits the picture
-        view      ``colour``, or ``level`` for the level of detail of each pixel
+        view      ``colour``, ``level`` for the level of detail of each pixel, or ``species`` for
+                  both the level and the species
         Raises InputError for other words, and for an exposure beyond 20 stops.
         """
         from scenes.render.pictures import PictureStyle, preview_pixels
 
         look = PictureStyle(tone, exposure, view)
-        return preview_pixels(self.layers, look, look.exposure_of(self.layers.rgb))
+        exposure_of = look.exposure_of(self.layers.rgb)
+        return preview_pixels(self.layers, look, exposure_of, self.header)
 
 
 @contextmanager

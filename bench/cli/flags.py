@@ -75,6 +75,13 @@ def complete_value(_: click.Context, option: click.Parameter, begun: str) -> lis
     from scenes.plugins import metric_names
     from scenes.presets.load import key_entries
 
+    if option.name in ("tone", "view", "variant"):
+        from scenes.render.pictures import TONE_CURVES, VIEWS
+        from scenes.render.variants import JIT_VARIANT, SCALAR_VARIANT
+
+        known = {"tone": [*TONE_CURVES], "view": [*VIEWS]}.get(option.name)
+        known = known or ["auto", JIT_VARIANT, SCALAR_VARIANT]
+        return [CompletionItem(word) for word in known if word.startswith(begun)]
     kinds = {each.name: each.kind for each in key_entries()}
     key, equals, _value = begun.partition("=")
     if option.name == "settings" and not equals:
@@ -95,7 +102,7 @@ _VALUES = (
     ("--seed", "N", "Seed of every random choice."),
     ("--metric", "NAME", "Member of the metric family."),
     ("--detail", "PX", "Detail threshold τ in pixels."),
-    ("--max-parts", "N", "Set --detail so that every frame displays N parts."),
+    ("--max-parts", "N", "Set --detail so that no frame displays more."),
     ("--visibility", "LENGTH", "20km, 500m, or clear."),
     ("--shutter", "DEGREES", "Shutter angle, 360 = a whole frame; 0 = no blur."),
     ("--smear", "NAME", "Leave out what blur hides: shutter, window (eye), off."),
@@ -136,8 +143,8 @@ _FILE_FLAGS: tuple[Callable[[Command], Command], ...] = (
     *(click.option(name, flag_value=v, default=None, help=about) for name, v, about in _FILES),
 )
 _PICTURE_FLAGS = (
-    click.option("--tone", default="filmic", metavar="NAME", help="filmic, reinhard or linear."),
-    click.option("--view", default="colour", metavar="NAME", help="Of previews: colour or level."),
+    value_option("--tone", default="filmic", metavar="NAME", help="filmic, reinhard or linear."),
+    value_option("--view", default="colour", metavar="NAME", help="colour, level or species."),
     click.option("--exposure", type=float, default=0.0, metavar="STOPS", help="Of previews."),
 )
 

@@ -2,8 +2,9 @@
 
 The encoding is colour-science's. Pictures are for looking at; measure the EXR. A preview shows a
 frame's light, or the detail level of what each pixel meets: colours of levels run from dark to
-light through viridis (Smith & van der Walt 2015), which the colour-blind read too, shaded a little
-by the normal, for the shape to show. A film is made where ffmpeg is there: that of imageio-ffmpeg,
+light through viridis (Smith & van der Walt 2015), or for each species from dark to light through a
+hue of its own (Okabe & Ito 2008), which the colour-blind read too; both are shaded a little by the
+normal, for the shape to show. A film is made where ffmpeg is there: that of imageio-ffmpeg,
 or one on the PATH. A denoised picture comes by Open Image Denoise by way of ``mitsuba-oidn`` (the
 extra ``denoise``), guided by albedo and normals; it is never to be measured.
 """
@@ -17,10 +18,11 @@ import shutil
 import subprocess
 import tempfile
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
@@ -50,8 +52,8 @@ to the ACES filmic curve ("ACES Filmic Tone Mapping Curve", 2015); Reinhard et a
 none."""
 
 
-VIEWS = ("colour", "level")
-"""The light of a frame, or the detail level of what is met."""
+VIEWS = ("colour", "level", "species")
+"""The light of a frame, or the detail level of what is met, without or with its species."""
 
 
 @dataclass(frozen=True)
@@ -125,42 +127,82 @@ def level_colours() -> np.ndarray:
     return np.stack([np.interp(at, anchors, column) for column in _VIRIDIS.T], axis=1)
 
 
-def preview_pixels(layers: Layers, look: PictureStyle, exposure: float) -> np.ndarray:
-    """Make a frame's pixels for a preview in a style, 8-bit sRGB, (h, w, 3)."""
-    return (
-        level_pixels(layers)
-        if look.view == "level"
-        else to_srgb_8bit(layers.rgb, exposure, look.tone)
-    )
+_HUES = np.array(
+    ((0, 114, 178), (230, 159, 0), (0, 158, 115), (204, 121, 167), (213, 94, 0), (86, 180, 233)),
+    np.float64,
+)
+_OF_NO_SPECIES = (128.0, 128.0, 128.0)
+
+
+def preview_pixels(
+    layers: Layers, look: PictureStyle, exposure: float, header: Mapping[str, Any]
+) -> np.ndarray:
+    """Make a frame's pixels for a preview in a style, 8-bit sRGB, (h, w, 3).
+
+    Species are those of the header's settings, by which the frame is pruned once more.
+    """
+    if look.view == "colour":
+        return to_srgb_8bit(layers.rgb, exposure, look.tone)
+    return species_pixels(layers, header) if look.view == "species" else level_pixels(layers)
 
 
 def level_pixels(layers: Layers) -> np.ndarray:
     """Colour a frame by level, with a legend in its lowest rows, 8-bit sRGB, (h, w, 3)."""
-    colours = level_colours()[np.minimum(layers.level.astype(np.int64), LEVELS - 1)]
+    deepest = int(layers.level[layers.object > 0].max(initial=0))
+    legend = {
+        f"{level}{'+' if level == LEVELS - 1 < deepest else ''}": colour
+        for level, colour in enumerate(level_colours()[: deepest + 1])
+    }
+    return _by_kind(layers, level_colours()[np.minimum(layers.level, LEVELS - 1)], "level", legend)
+
+
+def species_pixels(layers: Layers, header: Mapping[str, Any]) -> np.ndarray:
+    """Colour a frame by species, the finer the level the lighter; what is of none is grey."""
+    from scenes.render.exr.header import FRAME, preset_from_settings, settings_in
+    from scenes.render.object_keys import identities
+    from scenes.scene import Scene
+
+    if FRAME not in header:
+        raise InputError("--view", "species", "asked of a frame that lodbench made", "try level")
+    scene = Scene(preset_from_settings(settings_in(header)))
+    names = sorted(scene.preset.species)
+    hues = np.vstack((_HUES[np.arange(len(names)) % len(_HUES)], _OF_NO_SPECIES))
+    row = np.full(int(layers.object.max()) + 1, len(names))
+    for each in identities(scene, int(header[FRAME])):
+        if each.of in names and each.object < len(row):
+            row[each.object] = names.index(each.of)
+    found = row[layers.object]
+    fine = np.minimum(layers.level, LEVELS - 1)[..., None] / (LEVELS - 1)
+    dark = hues[found] * (0.5 + fine / 2)
+    present = np.unique(found[layers.object > 0])
+    legend = {[*names, "other"][n]: hues[n] for n in present.tolist()}
+    return _by_kind(layers, dark + (255.0 - dark) * fine / 2, "species", legend)
+
+
+def _by_kind(
+    layers: Layers, colours: np.ndarray, title: str, legend: Mapping[str, np.ndarray]
+) -> np.ndarray:
+    """Shade colours of pixels (h, w, 3), and write a legend where there is room for it."""
     facing = np.clip(layers.N @ (_FROM / np.linalg.norm(_FROM)), 0.0, 1.0)
     shaded = colours * (_LEAST_SHADE + (1 - _LEAST_SHADE) * facing)[..., None]
     met = layers.object > 0
     picture = np.where(met[..., None], np.rint(shaded), SKY).astype(np.uint8)
-    return _with_legend(picture, int(layers.level[met].max(initial=0)))
-
-
-def _with_legend(picture: np.ndarray, deepest: int) -> np.ndarray:
     height, width = picture.shape[:2]
     size = max(8, height // 24)
-    if width < (LEVELS + 3) * 5 * size / 2:
+    font = ImageFont.load_default(size)
+    steps = [max(5 * size / 2, 2 * size + font.getlength(text)) for text in legend]
+    left = 4 + size + font.getlength(title)
+    if left + sum(steps) > width:
         return picture
-    image = Image.fromarray(picture)
-    draw, font = ImageDraw.Draw(image), ImageFont.load_default(size)
-    top = height - size - 4
+    image, top = Image.fromarray(picture), height - size - 4
+    draw = ImageDraw.Draw(image)
     draw.rectangle((0, top - 2, width, height), _PAPER)
-    draw.text((4, top - 1), "level", _INK, font)
-    for level, colour in enumerate(level_colours().astype(int).tolist()):
-        if level > deepest:
-            break
-        left = 4 + round((5 * level / 2 + 3) * size)
-        draw.rectangle((left, top, left + size - 2, top + size - 2), tuple(colour))
-        more = "+" if level == LEVELS - 1 < deepest else ""
-        draw.text((left + size + 1, top - 1), f"{level}{more}", _INK, font)
+    draw.text((4, top - 1), title, _INK, font)
+    for (text, colour), step in zip(legend.items(), steps, strict=True):
+        box = (left, top, left + size - 2, top + size - 2)
+        draw.rectangle(box, tuple(colour.astype(int).tolist()))
+        draw.text((left + size + 1, top - 1), text, _INK, font)
+        left += step
     return np.asarray(image)
 
 
@@ -238,9 +280,9 @@ def _pictures(paths: Sequence[str | Path], look: PictureStyle) -> Iterator[np.nd
 
     exposure = None
     for path in paths:
-        layers = read_exr(path)[0]
+        layers, header = read_exr(path)
         exposure = exposure or look.exposure_of(layers.rgb)
-        yield preview_pixels(layers, look, exposure)
+        yield preview_pixels(layers, look, exposure, header)
 
 
 def write_movie(

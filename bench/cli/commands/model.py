@@ -170,7 +170,7 @@ def model_sheet(prototype: RiggedPrototype, out_png: str | Path, variant: str) -
     frames = [_frame(model, whole, level, view, variant) for level in levels]
     exposure = PictureStyle().exposure_of(frames[-1].rgb)
     tiles = [
-        Image.fromarray(preview_pixels(layers, PictureStyle(view=kind), exposure))
+        Image.fromarray(preview_pixels(layers, PictureStyle(view=kind), exposure, {}))
         for kind in ("colour", "level")
         for layers in frames
     ]

@@ -36,13 +36,13 @@ def plan_of(folder: str) -> dict[str, Any]:
     return plan
 
 
-_OUT = click.option("-o", "folder", required=True, metavar="DIR", help="Folder of what is written.")
+_OUT = click.option("-o", "folder", required=True, metavar="DIR", help="Folder to write to.")
 _MANY = click.IntRange(0, 9999)
 
 
 @command.command("make", cls=StrictCommand)
 @click.argument("folder", metavar="DIR")
-@click.option("--size", metavar="WxH", help="Of a picture: 576x324, and 320x180 with --small.")
+@click.option("--size", metavar="WxH", help="Picture size; 576x324, or 320x180 with --small.")
 @click.option("--spp", type=click.IntRange(1, 2**16), default=256, show_default=True, metavar="N")
 @click.option("--frames", type=click.IntRange(2, 240), default=24, show_default=True, metavar="N")
 @click.option("--small", is_flag=True, help="The six conditions that try the program, not all 36.")

@@ -42,7 +42,7 @@ from scenes.render.pictures import PictureStyle
     "--frames", default="1", metavar="LIST", help="1-24, 1,5,9 or 1-100x10.", show_default=True
 )
 @click.option("--spp", metavar="N", help="Samples per pixel.")
-@click.option("--variant", metavar="NAME", help="Mitsuba variant, or auto.")
+@value_option("--variant", metavar="NAME", help="Mitsuba variant, or auto.")
 @value_option("--haze", metavar="NAME", help="analytic or medium.")
 @click.option("--spectral", is_flag=True, default=None, help="Wavelengths instead of RGB.")
 @click.option(
@@ -52,7 +52,7 @@ from scenes.render.pictures import PictureStyle
 @click.option("--preview", is_flag=True, help="A PNG contact sheet; an mp4 where ffmpeg is there.")
 @picture_flags
 @click.option("--resume", is_flag=True, help="Keep frames done with these settings (the default).")
-@click.option("--overwrite", is_flag=True, help="Render anew and replace whatever is there.")
+@click.option("--overwrite", is_flag=True, help="Render again and replace what is there.")
 @click.option("--threads", type=click.IntRange(0, 1024), default=0, help="0 = one for each core.")
 @click.option(
     "--reference", is_flag=True, help="Leave nothing out: as fine as --max-memory allows."

@@ -36,7 +36,7 @@ def _complete(_: click.Context, __: click.Parameter, begun: str) -> list[Complet
 @click.option("--seed", type=click.IntRange(0, LARGEST_SEED), default=0, help="0 by default.")
 @click.option("-o", "folder", required=True, metavar="DIR", help="Folder for the records.")
 @click.option("--again", is_flag=True, help="Measure anew what is done already.")
-@value_option("--metric", metavar="NAME", help="An installed metric, to be tried beside ours.")
+@value_option("--metric", metavar="NAME", help="An installed metric beside the built-in ones.")
 @click.option("--stems", metavar="FILE", help="A CSV of stems for spread and budget: x,y in m.")
 @click.option(
     "--cluster", metavar="N|ADDRESS|FILE", help="Workers to start here, or a Dask scheduler."
@@ -46,7 +46,7 @@ def _complete(_: click.Context, __: click.Parameter, begun: str) -> list[Complet
 @click.option("--settings", metavar="X,…", help="What {knob} is in turn; 1 by default.")
 @click.option("--repeats", type=click.IntRange(1), help="Calls of each setting; 3 by default.")
 @click.option("--program", metavar="NAME", help="Name and version of the program.")
-@click.option("--who", metavar="NAME", help="Who hands in; for the record.")
+@click.option("--who", metavar="NAME", help="Who submits; the record names it.")
 @click.option("--baseline", metavar="JSON", help="Record of blake; by default the published one.")
 @click.option("--diagnose", is_flag=True, help="Render likely mistakes from the pack's recipe.")
 @memory_flag_of_all

@@ -235,6 +235,9 @@ def completed(line: str, **more: str) -> list[str]:
         ("lodbench render meadow --haze me", ["plain,medium"]),
         ("lodbench count meadow -D render.crop", ["plain,render.crop="]),
         ("lodbench run scal", ["plain,scaling"]),
+        ("lodbench render meadow --view sp", ["plain,species"]),
+        ("lodbench view a.exr --tone re", ["plain,reinhard"]),
+        ("lodbench render meadow --variant l", ["plain,llvm_ad_rgb"]),
     ],
 )
 def test_a_line_is_completed(line: str, answers: list[str]) -> None:

@@ -10,7 +10,10 @@ from PIL import Image
 
 from lod.errors import InputError
 from scenes.frame.frame_input import FrameInput, Layers
+from scenes.presets.load import load_preset
+from scenes.render.exr.header import frame_settings, settings_attributes
 from scenes.render.exr.layer_file import write_exr
+from scenes.render.object_keys import identities
 from scenes.render.pictures import (
     KEY,
     LEVELS,
@@ -27,6 +30,7 @@ from scenes.render.pictures import (
     write_contact_sheet,
 )
 from scenes.render.render import render_frame
+from scenes.scene import Scene
 
 
 def frame(path, value, size=(32, 18)):
@@ -167,8 +171,38 @@ def test_every_level_has_its_colour_and_the_sky_its_own():
 def test_the_look_chooses():
     layers = level_frame()
     assert np.array_equal(
-        preview_pixels(layers, PictureStyle(view="level"), 1.0), level_pixels(layers)
+        preview_pixels(layers, PictureStyle(view="level"), 1.0, {}), level_pixels(layers)
     )
-    assert not np.array_equal(preview_pixels(layers, PictureStyle(), 1.0), level_pixels(layers))
+    assert not np.array_equal(preview_pixels(layers, PictureStyle(), 1.0, {}), level_pixels(layers))
     with pytest.raises(InputError, match="colour, level"):
         PictureStyle(view="depth")
+    with pytest.raises(InputError, match="a frame that lodbench made"):
+        preview_pixels(layers, PictureStyle(view="species"), 1.0, {})
+
+
+def test_species_have_hues_of_their_own_and_fine_levels_are_light(tmp_path):
+    """Columns of pixels show one object each: figures are blue, rabbits orange, all else grey."""
+    path = tmp_path / "a.toml"
+    path.write_text(
+        "[terrain]\nreach = 100\n[species.figure]\nmodel = 'figure'\ndensity = 0.02\n"
+        "prototypes = 1\n[species.rabbit]\nmodel = 'rabbit'\ndensity = 0.05\nprototypes = 1\n"
+        "[placed.joe]\nmodel = 'figure'\nposition = [0.0, 4.0]\n[render]\nsize = '96x54'\n"
+    )
+    preset = load_preset(str(path))
+    known = {each.of: each.object for each in identities(Scene(preset), 1)}
+    ids = np.repeat([0, *(known[name] for name in ("figure", "rabbit", "joe", "terrain"))], 80)
+    shape, level = (200, 400), np.repeat([0, 3], 100)[:, None]
+    above, grey = np.array((0.0, 0.0, 1.0)), np.full((*shape, 3), 0.2)
+    rows = (np.broadcast_to(each, shape) for each in (ids, level, level))
+    layers = Layers(grey, grey[..., 0], np.broadcast_to(above, grey.shape), grey, *rows)
+    header = settings_attributes(frame_settings(preset, "scalar_rgb"), 1)
+    shown = preview_pixels(layers, PictureStyle(view="species"), 1.0, header).astype(int)
+    for coarse, fine in zip(shown[50, 120::80], shown[150, 120::80], strict=True):
+        assert fine.sum() > 1.2 * coarse.sum()
+    for red, green, blue in (shown[50, 120], shown[150, 120]):
+        assert red < green < blue
+    for red, green, blue in (shown[50, 200], shown[150, 200]):
+        assert red > green > blue
+    other = shown[:180, 240:]
+    assert np.all(other == other[..., :1])
+    assert np.all(shown[:180, :80] == SKY)
