@@ -17,8 +17,15 @@ from functools import partial
 import numpy as np
 
 from bench.children import run_in_child
-from bench.experiment import Case, Experiment, Table, Topic
-from bench.frame_costs import WORLD, Size, measure_process, measure_worlds, window_costs
+from bench.experiment import Case, Experiment, OwnPreset, Table, Topic
+from bench.frame_costs import (
+    WORLD,
+    Size,
+    measure_process,
+    measure_worlds,
+    own_kind,
+    window_costs,
+)
 from bench.frame_memory import GROWTH, HELD, measure_memory, memory_claims
 from bench.images.differences import errors, flips
 from bench.images.equal_error import EQUAL_ERROR
@@ -310,15 +317,17 @@ def _cost_cases(
     spp: int,
     frames: int,
     samples: Sequence[int],
+    preset: OwnPreset | None = None,
 ) -> list[Case]:
-    variant = choose()
+    variant, world = choose(), None
+    if preset is not None:  # in place of the process of a preset and of all worlds
+        few = sorted({objects for several in worlds.values() for objects in several})[:2]
+        processes, worlds, world = 0, {preset[0]: few}, own_kind(preset[1])
+    looks = unseen, size, spp, frames, tuple(samples), variant, world
     return [
         *(partial(measure_process, number, variant) for number in range(processes)),
         *(
-            partial(
-                _measure_size,
-                Size(kind, objects, field, unseen, size, spp, frames, tuple(samples), variant),
-            )
+            partial(_measure_size, Size(kind, objects, field, *looks))
             for kind, several in worlds.items()
             for objects in several
             for field in range(fields)
@@ -381,6 +390,7 @@ EXPERIMENT = Experiment(
                 "samples": [16, 64],
             },
             seconds=(1400.0, 60.0),
+            accepts=("preset",),
         ),
         "world": Topic(
             about="one frame in worlds of 10³ to 10¹⁵ objects, and all objects of small ones",

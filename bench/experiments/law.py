@@ -20,6 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy import stats
 
+from bench import growth
 from bench.counting import (
     BEYOND,
     COLUMNS,
@@ -460,7 +461,7 @@ EXPERIMENT = Experiment(
             ],
             claims=_scaling_claims,
             plots=_scaling_plots,
-            accepts_metric=True,
+            accepts=("metric",),
             full={"target": 0.005, "least": 4, "most": 20_000},
             quick={"target": 0.01, "least": 2, "most": 4_000},
             seconds=(400.0, 110.0),
@@ -478,6 +479,16 @@ EXPERIMENT = Experiment(
             quick={"fields": 60},
             seconds=(35.0, 16.0),
         ),
+        "growth": Topic(
+            about="parts, CPU time and memory of a preset against K, side of the world and pixels",
+            cases=growth.cases,
+            claims=growth.claims,
+            plots=growth.plots,
+            full={"fields": 12, "unseen": True},
+            quick={"fields": 4, "unseen": False},
+            seconds=(420.0, 120.0),
+            accepts=("preset",),
+        ),
     },
     notes=notes,
     caveats=(
@@ -485,7 +496,8 @@ EXPERIMENT = Experiment(
         "count`).",
         "Hills of one shape, patches of one kind, haze of one visibility: they show where the "
         "flat-ground model breaks, and that the extended model does not.",
-        "Counts, not seconds: what a frame costs is another experiment.",
+        "Counts; `growth` adds the time and memory before tracing, and what a whole frame costs is "
+        "another experiment.",
         "Depth complexity is of people on flat ground, by level rays at the height of chests; "
         "every stick is a surface, and a level ray never meets the ground.",
     ),

@@ -11,6 +11,8 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
+from scipy import stats
+
 from bench.statistics.estimates import Estimate
 from lod.errors import InputError
 
@@ -156,6 +158,22 @@ class Claim:
         if self.high < lowest or self.low > highest:
             return "expected violation" if self.violation_expected else "refuted"
         return "inconclusive"
+
+    @property
+    def chance(self) -> float:
+        """The chance, at most, of so good an interval if the truth were at the claim's edge.
+
+        It is that of Student's t of so many replicates, of which the ends of the interval are taken
+        for one-sided bounds of 95 %; those of a two-sided interval are further out.
+        """
+        lowest, highest = self.bound.range
+        freedom = max(self.replicates - 1, 1)
+        within_ends = [
+            (edge - self.measured) / (end - self.measured) if end != self.measured else math.inf
+            for edge, end in ((lowest, self.low), (highest, self.high))
+            if math.isfinite(edge)
+        ]
+        return float(stats.t.sf(stats.t.ppf(0.95, freedom) * min(within_ends), freedom))
 
     @property
     def verdict_text(self) -> str:

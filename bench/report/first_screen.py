@@ -75,7 +75,7 @@ def hero(sections: Sequence[Section]) -> Hero:
 def first_screen(sections: Sequence[Section]) -> Iterator[Block]:
     """Give what the pages begin with, in reading order; ``sections`` have the newest first."""
     yield TextBlock(LEDE, lede=True)
-    newest = {section.record.experiment: section for section in reversed(sections)}
+    newest = {section.record.subject: section for section in reversed(sections)}
     rows = [
         Headline(
             section,

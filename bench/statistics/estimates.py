@@ -18,7 +18,7 @@ How many fields does a case need, for every mean to be known well enough?
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -219,6 +219,20 @@ def two_sided_factor(values: Reals) -> Estimate:
     found = two_sided_mean(np.log(values))
     value, low, high = np.exp([found.value, found.low, found.high]).tolist()
     return Estimate(value, low, high, value * found.standard_error, 1.0, len(values))
+
+
+def holm(chances: Sequence[float], level: float) -> list[bool]:
+    """Say which of several tests reject at a level for all of them together (Holm 1979).
+
+    ``chances`` are their p-values; with that probability at most one of those that should not
+    reject does, whatever they have to do with each other.
+    """
+    rejects = [False] * len(chances)
+    for k, at in enumerate(np.argsort(chances, kind="stable")):
+        if chances[at] > level / (len(chances) - k):
+            break
+        rejects[at] = True
+    return rejects
 
 
 def standard_error(counts: Reals) -> float:

@@ -3,14 +3,15 @@
 import hashlib
 import time
 import uuid
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 from click.shell_completion import CompletionItem
 
-from bench.cli.flags import StrictCommand, memory_flag_of_all, value_option
+from bench.cli.flags import StrictCommand, complete_preset, memory_flag_of_all, value_option
 from bench.cli.output import Output, duration_text, output, progress_bar, table
 from bench.runs import CaseExecutor, dask_executor
 from lod.errors import InputError
@@ -19,6 +20,7 @@ from scenes.presets.values import LARGEST_SEED
 from scenes.processes.ownership import owned
 
 if TYPE_CHECKING:
+    from bench.experiment import Own, OwnPreset
     from bench.records.claims import Claim
     from bench.runs import Journal, RunRequest
 
@@ -38,6 +40,12 @@ def _complete(_: click.Context, __: click.Parameter, begun: str) -> list[Complet
 @click.option("--again", is_flag=True, help="Measure anew what is done already.")
 @value_option("--metric", metavar="NAME", help="An installed metric, to be tried beside ours.")
 @click.option("--stems", metavar="FILE", help="A CSV of stems for spread and budget: x,y in m.")
+@click.option(
+    "--preset",
+    metavar="PRESET",
+    shell_complete=complete_preset,
+    help="A preset of your own, to be tried in place of our worlds.",
+)
 @click.option(
     "--cluster", metavar="N|ADDRESS|FILE", help="Workers to start here, or a Dask scheduler."
 )
@@ -59,6 +67,7 @@ def command(
     again: bool,
     metric: str | None,
     stems: str | None,
+    preset: str | None,
     cluster: str | None,
     words: str | None,
     as_json: bool,
@@ -75,7 +84,7 @@ def command(
     if words is not None:
         _run_program(experiments, words, folder, as_json, **of_program)
         return
-    asked = _asked(experiments, cluster, quick, seed, metric, stems)
+    asked = _asked(experiments, cluster, quick, seed, metric, stems, preset)
     place = make_folder(folder)
     with output(as_json) as out, owned(place, uuid.uuid4().hex, "measures there", out.note):
         kept = journal(place)
@@ -130,6 +139,7 @@ def _asked(
     seed: int,
     metric: str | None,
     stems: str | None,
+    preset: str | None,
 ) -> list["RunRequest"]:
     """Check what is asked for; experiments that are timed stay on this machine."""
     from bench.experiment import ALL, experiments, topics_named
@@ -138,45 +148,68 @@ def _asked(
     every = experiments()
     if not named:
         raise InputError("EXPERIMENT", named, "at least one, or all", f"try {next(iter(every))}")
-    chosen = topics_named(named, "EXPERIMENT")
+    chosen = {name: tuple(mine) for name, mine in topics_named(named, "EXPERIMENT").items()}
     for name in chosen:
         if cluster is not None and every[name].timed and ALL not in named:
             able = ", ".join(n for n, each in every.items() if not each.timed)
             raise InputError("--cluster", name, f"experiments without times: {able}", "leave it")
-    if metric is not None:
-        _check_metric(metric, tuple(chosen))
-    mapped = _check_stems(stems, tuple(chosen)) if stems is not None else None
-    return [
-        RunRequest(name, tuple(mine), quick, seed, metric, mapped)
-        for name, mine in chosen.items()
-        if mine
-    ]
+    given: dict[Own, Any] = {"metric": metric, "stems": stems, "preset": preset}
+    for own, value in given.items():
+        if value is not None:
+            _check_accepted(own, named, chosen)
+            given[own] = _CHECKS[own](value)
+    if preset is not None:  # what has worlds of its own alone is not asked
+        chosen = {name: every[name].accepting("preset", mine) for name, mine in chosen.items()}
+    return [RunRequest(name, mine, quick, seed, **given) for name, mine in chosen.items() if mine]
 
 
-def _check_metric(metric: str, names: Sequence[str]) -> None:
-    from bench.experiment import experiments
+def _check_accepted(own: "Own", named: Sequence[str], chosen: Mapping[str, Sequence[str]]) -> None:
+    """Raise InputError where an experiment that is named cannot measure that of a user's own."""
+    from bench.experiment import ALL, experiments
+
+    every = experiments()
+    able = {n: mine for n, each in every.items() if (mine := each.accepting(own, each.topics))}
+    others = [name for name, mine in chosen.items() if not every[name].accepting(own, mine)]
+    if others and ALL not in named:
+        rule = f"experiments that try {own.rstrip('s')}s: {', '.join(able)}"
+        topic = next(chain.from_iterable(able.values()))
+        raise InputError(f"--{own}", ", ".join(others), rule, f"run {topic}")
+
+
+def _own_metric(metric: str) -> str:
     from lod.metric import METRICS
     from scenes.plugins import metric_by_name
 
     metric_by_name(metric)
     if metric in METRICS:
         raise InputError("--metric", metric, "one of another package", "ours are tried anyhow")
-    able = [name for name, each in experiments().items() if each.accepts_metric]
-    if others := [name for name in names if name not in able]:
-        rule = f"experiments that try metrics: {', '.join(able)}"
-        raise InputError("--metric", ", ".join(others), rule, f"run {able[0]}")
+    return metric
 
 
-def _check_stems(stems: str, names: Sequence[str]) -> tuple[str, str]:
+def _own_stems(stems: str) -> tuple[str, str]:
     """Return the path of a map and its digest; what is wrong with it is said before a run."""
-    from bench.experiment import experiments
     from scenes.field.patterns import read_stems
 
-    every = experiments()
-    if not any(topic.accepts_stems for n in names for topic in every[n].topics.values()):
-        raise InputError("--stems", ", ".join(names), "experiments on stems: spread", "run spread")
     read_stems(Path(stems))
     return str(Path(stems).resolve()), hashlib.sha256(Path(stems).read_bytes()).hexdigest()
+
+
+def _own_preset(preset: str) -> "OwnPreset":
+    """Return a preset by its name or path. Raises InputError where nothing of it can be swept."""
+    from scenes.presets.load import load_preset
+
+    found = load_preset(preset)
+    if not any(each.density > 0 for each in found.species.values()):
+        rule = "a preset with species, whose counts have a law"
+        raise InputError("--preset", preset, rule, "add a table [species.NAME] with a density")
+    return Path(preset).name, found
+
+
+_CHECKS: Mapping["Own", Callable[[str], Any]] = {
+    "metric": _own_metric,
+    "stems": _own_stems,
+    "preset": _own_preset,
+}
 
 
 def _run_all(
@@ -207,7 +240,8 @@ def _run_all(
         if number + 1 < len(left):
             expected += f"; {duration_text(pace * sum(expected_s[number:]))} for all that is left"
         out.note(f"lodbench: {each.name}, {len(done) + number + 1} of {len(asked)}: {expected}")
-        for topic in (experiments()[each.name].topics[name] for name in each.topics):
+        planned_topics = () if each.preset else each.topics
+        for topic in (experiments()[each.name].topics[name] for name in planned_topics):
             for line in topic.plan(**topic.sizes("quick" if each.quick else "full")):
                 out.note(f"  {line}")
         start = time.perf_counter()
