@@ -163,17 +163,16 @@ class Claim:
     def chance(self) -> float:
         """The chance, at most, of so good an interval if the truth were at the claim's edge.
 
-        It is that of Student's t of so many replicates, of which the ends of the interval are taken
-        for one-sided bounds of 95 %; those of a two-sided interval are further out.
+        It is that of Student's t, of which an end of the interval is taken for a one-sided bound of
+        95 %: those of a two-sided interval are further out.
         """
-        lowest, highest = self.bound.range
-        freedom = max(self.replicates - 1, 1)
-        within_ends = [
+        sides = zip(self.bound.range, (self.low, self.high), strict=True)
+        reach = min(
             (edge - self.measured) / (end - self.measured) if end != self.measured else math.inf
-            for edge, end in ((lowest, self.low), (highest, self.high))
-            if math.isfinite(edge)
-        ]
-        return float(stats.t.sf(stats.t.ppf(0.95, freedom) * min(within_ends), freedom))
+            for edge, end in sides
+        )
+        freedom = max(self.replicates - 1, 1)
+        return float(stats.t.sf(stats.t.ppf(0.95, freedom) * reach, freedom))
 
     @property
     def verdict_text(self) -> str:

@@ -42,9 +42,7 @@ def seen(made, seed, *firsts):
 def frames(place):
     """The frame of a place, and its reference, eight times as fine and without fades."""
     fine = "view.detail=0.25", "view.fade=0"
-    return tuple(
-        scene_of(place, *words).input(1, choose()) for words in (("view.detail=2",), fine)
-    )
+    return tuple(scene_of(place, *words).input(1, choose()) for words in (("view.detail=2",), fine))
 
 
 @cache
@@ -100,7 +98,7 @@ def shifted(made):
 
 
 FAULTS = {
-    "swapped pictures": ({"swapped": True}, "flip_ppm"),
+    "swapped pictures": ({"swapped": True}, "sticks"),
     "one species 3 % too bright": (
         {"plant": changed("figure", lambda s: replace(s, tints=np.minimum(1.03 * s.tints, 1.0)))},
         "light",

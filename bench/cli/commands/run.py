@@ -3,8 +3,7 @@
 import hashlib
 import time
 import uuid
-from collections.abc import Callable, Mapping, Sequence
-from itertools import chain
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,7 +19,7 @@ from scenes.presets.values import LARGEST_SEED
 from scenes.processes.ownership import owned
 
 if TYPE_CHECKING:
-    from bench.experiment import Own, OwnPreset
+    from bench.experiment import Own
     from bench.records.claims import Claim
     from bench.runs import Journal, RunRequest
 
@@ -84,7 +83,8 @@ def command(
     if words is not None:
         _run_program(experiments, words, folder, as_json, **of_program)
         return
-    asked = _asked(experiments, cluster, quick, seed, metric, stems, preset)
+    own: dict[Own, Any] = {"metric": metric, "stems": stems, "preset": preset}
+    asked = _asked(experiments, cluster, quick, seed, own)
     place = make_folder(folder)
     with output(as_json) as out, owned(place, uuid.uuid4().hex, "measures there", out.note):
         kept = journal(place)
@@ -133,13 +133,7 @@ def _run_program(
 
 
 def _asked(
-    named: tuple[str, ...],
-    cluster: str | None,
-    quick: bool,
-    seed: int,
-    metric: str | None,
-    stems: str | None,
-    preset: str | None,
+    named: tuple[str, ...], cluster: str | None, quick: bool, seed: int, given: dict["Own", Any]
 ) -> list["RunRequest"]:
     """Check what is asked for; experiments that are timed stay on this machine."""
     from bench.experiment import ALL, experiments, topics_named
@@ -153,63 +147,40 @@ def _asked(
         if cluster is not None and every[name].timed and ALL not in named:
             able = ", ".join(n for n, each in every.items() if not each.timed)
             raise InputError("--cluster", name, f"experiments without times: {able}", "leave it")
-    given: dict[Own, Any] = {"metric": metric, "stems": stems, "preset": preset}
-    for own, value in given.items():
-        if value is not None:
-            _check_accepted(own, named, chosen)
-            given[own] = _CHECKS[own](value)
-    if preset is not None:  # what has worlds of its own alone is not asked
-        chosen = {name: every[name].accepting("preset", mine) for name, mine in chosen.items()}
+    for own in [own for own, value in given.items() if value is not None]:
+        able_to = [name for name, each in every.items() if each.accepting(own, each.topics)]
+        others = [name for name, mine in chosen.items() if not every[name].accepting(own, mine)]
+        if others and ALL not in named:
+            rule = f"experiments that try {own.rstrip('s')}s: {', '.join(able_to)}"
+            raise InputError(f"--{own}", ", ".join(others), rule, f"run {able_to[0]}")
+        given[own] = _read_own(own, given[own])
+        if own == "preset":  # what has worlds of its own alone is not asked
+            chosen = {name: every[name].accepting(own, mine) for name, mine in chosen.items()}
     return [RunRequest(name, mine, quick, seed, **given) for name, mine in chosen.items() if mine]
 
 
-def _check_accepted(own: "Own", named: Sequence[str], chosen: Mapping[str, Sequence[str]]) -> None:
-    """Raise InputError where an experiment that is named cannot measure that of a user's own."""
-    from bench.experiment import ALL, experiments
+def _read_own(own: "Own", value: str) -> Any:
+    """Return a thing of a user's own as topics take it; what is wrong is said before a run."""
+    if own == "metric":
+        from lod.metric import METRICS
+        from scenes.plugins import metric_by_name
 
-    every = experiments()
-    able = {n: mine for n, each in every.items() if (mine := each.accepting(own, each.topics))}
-    others = [name for name, mine in chosen.items() if not every[name].accepting(own, mine)]
-    if others and ALL not in named:
-        rule = f"experiments that try {own.rstrip('s')}s: {', '.join(able)}"
-        topic = next(chain.from_iterable(able.values()))
-        raise InputError(f"--{own}", ", ".join(others), rule, f"run {topic}")
+        metric_by_name(value)
+        if value in METRICS:
+            raise InputError("--metric", value, "one of another package", "ours are tried anyhow")
+        return value
+    if own == "stems":
+        from scenes.field.patterns import read_stems
 
-
-def _own_metric(metric: str) -> str:
-    from lod.metric import METRICS
-    from scenes.plugins import metric_by_name
-
-    metric_by_name(metric)
-    if metric in METRICS:
-        raise InputError("--metric", metric, "one of another package", "ours are tried anyhow")
-    return metric
-
-
-def _own_stems(stems: str) -> tuple[str, str]:
-    """Return the path of a map and its digest; what is wrong with it is said before a run."""
-    from scenes.field.patterns import read_stems
-
-    read_stems(Path(stems))
-    return str(Path(stems).resolve()), hashlib.sha256(Path(stems).read_bytes()).hexdigest()
-
-
-def _own_preset(preset: str) -> "OwnPreset":
-    """Return a preset by its name or path. Raises InputError where nothing of it can be swept."""
+        read_stems(Path(value))
+        return str(Path(value).resolve()), hashlib.sha256(Path(value).read_bytes()).hexdigest()
     from scenes.presets.load import load_preset
 
-    found = load_preset(preset)
-    if not any(each.density > 0 for each in found.species.values()):
+    preset = load_preset(value)
+    if not any(each.density > 0 for each in preset.species.values()):
         rule = "a preset with species, whose counts have a law"
-        raise InputError("--preset", preset, rule, "add a table [species.NAME] with a density")
-    return Path(preset).name, found
-
-
-_CHECKS: Mapping["Own", Callable[[str], Any]] = {
-    "metric": _own_metric,
-    "stems": _own_stems,
-    "preset": _own_preset,
-}
+        raise InputError("--preset", value, rule, "add a table [species.NAME] with a density")
+    return Path(value).name, preset
 
 
 def _run_all(
