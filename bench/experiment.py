@@ -49,11 +49,7 @@ It gives a Point or several, and can be sent to another process; points of the s
 """
 
 
-def _nothing(record: "Record") -> tuple[()]:
-    return ()
-
-
-def _no_plan(**sizes: Any) -> tuple[()]:
+def _nothing(*given: object, **sizes: object) -> tuple[()]:
     return ()
 
 
@@ -82,12 +78,12 @@ class Topic:
 
     about: str
     cases: Callable[..., Sequence[Case]]
-    claims: Callable[[Sequence[Point]], Iterable[Claim]] = _nothing  # type: ignore[assignment]
+    claims: Callable[[Sequence[Point]], Iterable[Claim]] = _nothing
     plots: Callable[["Record"], Iterable["Plot"]] = _nothing
     tables: Callable[["Record"], Iterable[tuple[str, Table]]] = _nothing
     full: Mapping[str, Any] = field(default_factory=dict)
     quick: Mapping[str, Any] = field(default_factory=dict)
-    plan: Callable[..., Sequence[str]] = _no_plan
+    plan: Callable[..., Sequence[str]] = _nothing
     seconds: tuple[float, float]
     apart: bool = False
     accepts: tuple[Own, ...] = ()

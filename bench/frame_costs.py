@@ -33,16 +33,24 @@ from scenes.scene import Scene
 Kind = tuple[str | Preset, tuple[str, ...]]
 """A kind of world: its preset, and what is changed in it."""
 
+_BARE = "species.sward.density=0"
+"""Trees and people are compared; blades of grass would be nearly all parts there are."""
+
 KINDS: dict[str, Kind] = {
-    "meadow": ("meadow", ("species.sward.density=0",)),
+    "meadow": ("meadow", (_BARE,)),
     "crowd": ("crowd", ("species.tree.density=0",)),
+    "still crowd": ("crowd", ("species.tree.density=0", "species.figure.patrol=0")),
+    "swaying": ("meadow", (_BARE, "wind.speed=6")),
+    "forest": ("forest", (_BARE,)),
+    "swaying forest": ("forest", (_BARE, "wind.speed=6")),
+    "from above": ("meadow", (_BARE, "camera.height=60", "camera.pitch=-20")),
 }
 """The kinds of world by their names: nothing moves in ``meadow``."""
 
 AT_ORIGIN = "camera.position=[0, 0]", "camera.cell=[0, 0]", "camera.keys=[]"
 """Settings that put the eye in the middle of the world."""
 
-SETTINGS = ("render.size=320x180", "render.spp=8", "species.sward.density=0")
+SETTINGS = ("render.size=320x180", "render.spp=8", _BARE)
 FRAMES = 4
 """Frames of ``meadow`` in each process, after the first, and what is changed in the preset."""
 
@@ -66,7 +74,7 @@ class Picture:
 def own_kind(preset: Preset) -> Kind:
     """Return the kind of world of a user's preset: its eye in the middle, and no grass.
 
-    Blades would be nearly all parts there are. Raises InputError where nothing else stands there.
+    Raises InputError where nothing else stands there.
     """
     grass = [name for name, each in preset.species.items() if each.model == "sward"]
     if not any(each.density > 0 for name, each in preset.species.items() if name not in grass):

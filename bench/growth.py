@@ -13,6 +13,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 
 import numpy as np
+from jaxtyping import Float64
 
 from bench.experiment import Case, OwnPreset
 from bench.frame_costs import AT_ORIGIN, frame_bytes, plain_frame
@@ -113,7 +114,10 @@ def _step(
 # Claims, from raw points alone.
 
 
-def _rows(points: Sequence[Point], *quantities: str) -> list[Reals]:
+Rows = Float64[np.ndarray, "fields steps"]
+
+
+def _rows(points: Sequence[Point], *quantities: str) -> list[np.ndarray]:
     """Return x and each quantity, (fields, steps), of the steps that all fields have."""
     fields = max(len(p.column("parts")) for p in points)
     whole = [p for p in points if len(p.column("parts")) == fields]
@@ -121,7 +125,7 @@ def _rows(points: Sequence[Point], *quantities: str) -> list[Reals]:
     return [x, *(np.array([p.values(each) for p in whole]).T for each in quantities)]
 
 
-def _exponents(x: Reals, y: Reals) -> Reals:
+def _exponents(x: Rows, y: Rows) -> Reals:
     """Fit y = a·x^b in each field, (fields, steps), and return every b, (fields,)."""
     pairs = zip(np.log(np.maximum(x, 1e-9)), np.log(np.maximum(y, 1.0)), strict=True)
     return np.array([np.polyfit(one, other, 1)[0] for one, other in pairs])

@@ -244,10 +244,8 @@ def _beyond_claims(sweep: str, points: list[Point]) -> Iterator[Claim]:
 
 def over_flat_ground(point: Point) -> Estimate:
     """Estimate objects displayed ÷ those of the flat-ground model, of one point."""
-    found = rows([point], "objects").over_prediction()
     share = point.prediction("objects") / point.prediction("bare")
-    low, value, high = (share * v for v in (found.low, found.value, found.high))
-    return Estimate(value, low, high, share * found.standard_error, found.scale, found.rows)
+    return rows([point], "objects").over_prediction() * share
 
 
 def _all_pierced(point: Point) -> Reals:

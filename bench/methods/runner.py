@@ -4,8 +4,7 @@ import time
 import weakref
 from dataclasses import dataclass, field, replace
 
-from bench.frame_costs import KINDS as FRAME_KINDS
-from bench.frame_costs import Kind, Picture, window_preset
+from bench.frame_costs import KINDS, Kind, Picture, window_preset
 from bench.methods.known_methods import methods
 from bench.methods.method import Method
 from bench.records.records import Column, Point, columns
@@ -17,19 +16,6 @@ from scenes.scene import Scene
 
 STAGES = "update", "describe", "build", "trace"
 """The stages of a frame that are timed: pruned and posed, described, built, traced."""
-
-_BARE = "species.sward.density=0"
-"""Trees and people are compared; blades of grass would be nearly all parts there are."""
-
-KINDS: dict[str, Kind] = {
-    **FRAME_KINDS,
-    "still crowd": ("crowd", ("species.tree.density=0", "species.figure.patrol=0")),
-    "swaying": ("meadow", (_BARE, "wind.speed=6")),
-    "forest": ("forest", (_BARE,)),
-    "swaying forest": ("forest", (_BARE, "wind.speed=6")),
-    "from above": ("meadow", (_BARE, "camera.height=60", "camera.pitch=-20")),
-}
-"""The kinds of world by their names."""
 
 
 @dataclass(frozen=True)

@@ -55,6 +55,11 @@ class Estimate:
     scale: float
     rows: int
 
+    def __mul__(self, by: float) -> "Estimate":
+        """Return the estimate of a positive multiple of the number."""
+        ends = {k: by * getattr(self, k) for k in ("value", "low", "high", "standard_error")}
+        return replace(self, **ends)
+
     def __format__(self, form: str) -> str:
         """Write the number and its interval, each in this form: ``0.98 (0.97 to 0.99)``."""
         return f"{self.value:{form}} ({self.low:{form}} to {self.high:{form}})"
