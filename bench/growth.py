@@ -61,15 +61,15 @@ GROWN = {
 
 def cases(fields: int, unseen: bool, preset: OwnPreset | None = None) -> list[Case]:
     """Return every sweep by every metric in each field, of a preset or the usual one."""
-    own = preset or (USUAL[0], load_preset(*USUAL))
-    first = first_seed(unseen, 8)
-    asked = [(own, metric, sweep) for metric in METRICS for sweep in SWEEPS]
+    own, first = preset or (USUAL[0], load_preset(*USUAL)), first_seed(unseen, 8)
+    asked = [(*own, metric, sweep) for metric in METRICS for sweep in SWEEPS]
     return [partial(measure, *each, first + k) for k in range(fields) for each in asked]
 
 
-def measure(own: OwnPreset, metric: str, sweep: str, first: int, seed: int) -> list[Point]:
+def measure(
+    name: str, preset: Preset, metric: str, sweep: str, first: int, seed: int
+) -> list[Point]:
     """Measure every step of a sweep in one field, but those with too many parts."""
-    name, preset = own
     words = f"view.metric={metric}", f"seed={first + 20 * seed}"
     made: list[Point] = []
     for step in SWEEPS[sweep][1]:

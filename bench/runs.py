@@ -40,6 +40,7 @@ from lod.errors import InputError
 from scenes.files import write_text
 from scenes.plugins import modules
 from scenes.presets.load import preset_toml
+from scenes.presets.schema import Preset
 from scenes.processes.cache import PACKAGES, source_digest
 
 CaseExecutor = Callable[[Callable[..., Any], Sequence[tuple[Any, ...]]], Iterator[Any]]
@@ -264,7 +265,8 @@ def case_label(case: Case) -> str:
     """Name a case for progress by its arguments: data by their label, and not without one."""
     values = [getattr(v, "label", v) for v in (*case.args, *case.keywords.values())]
     said = [" ".join(map(str, v)) if isinstance(v, tuple | list) else v for v in values]
-    words = (f"{v:g}" if isinstance(v, float) else str(v) for v in said if not is_dataclass(v))
+    plain = (v for v in said if not isinstance(v, Preset) and not is_dataclass(v))
+    words = (f"{v:g}" if isinstance(v, float) else str(v) for v in plain)
     return ", ".join(words)
 
 

@@ -12,6 +12,7 @@ metrics: species pruned over the reference's ground. Fields are the replicates: 
 number for each.
 """
 
+import dataclasses
 import gc
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -124,7 +125,7 @@ class Field:
     number: int
     unseen: bool
     size: str
-    own: Preset | None = None
+    own: Preset | None = dataclasses.field(default=None, hash=False)
 
     @property
     def label(self) -> str:

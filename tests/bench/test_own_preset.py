@@ -14,6 +14,7 @@ from bench.frame_costs import own_kind
 from bench.images.fields import EVERYTHING, Field
 from bench.plots import Plot
 from bench.records.records import Point, columns, read_record
+from bench.runs import case_label
 from lod.errors import InputError
 from scenes.presets.load import load_preset
 from tests.bench.edited import record_of
@@ -137,6 +138,7 @@ def test_every_experiment_that_takes_a_preset_makes_cases_of_it_alone(mine):
         told = dict.fromkeys(every.topics[topic].accepts) | {"preset": own}
         made = every.topics[topic].cases(**sizes, **told)
         assert made and "mine.toml" in repr(made[0].args), name
+        assert all(len(case_label(each)) < 250 for each in made), name
         assert not any(f"'{preset}'" in repr(made) for preset in ("crowd", "forest", "eye level"))
 
 
