@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy import stats
 
-from bench import growth
+from bench import preset_growth
 from bench.counting import (
     BEYOND,
     COLUMNS,
@@ -479,9 +479,9 @@ EXPERIMENT = Experiment(
         ),
         "growth": Topic(
             about="parts, CPU time and memory of a preset against K, side of the world and pixels",
-            cases=growth.cases,
-            claims=growth.claims,
-            plots=growth.plots,
+            cases=preset_growth.cases,
+            claims=preset_growth.claims,
+            plots=preset_growth.plots,
             full={"fields": 12, "unseen": True},
             quick={"fields": 4, "unseen": False},
             seconds=(420.0, 120.0),

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bench import growth
+from bench import preset_growth as growth
 from bench.experiment import experiments
 from bench.frame_costs import own_kind
 from bench.images.fields import EVERYTHING, Field
