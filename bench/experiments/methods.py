@@ -138,7 +138,7 @@ def _each(
 
 def cases(
     worlds: Sequence[Sequence[Any]],
-    walk: tuple[str, float, str, int],
+    walk: Sequence[Any],
     cycles: Sequence[Sequence[object]],
     size: str,
     spp: int,
