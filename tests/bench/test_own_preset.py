@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,12 +10,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bench import preset_growth as growth
+from bench import runs
 from bench.experiment import experiments
 from bench.frame_costs import own_kind
 from bench.images.fields import EVERYTHING, Field
 from bench.methods.environments import VIDEO
 from bench.plots import Plot
-from bench.records.records import Point, columns, read_record
+from bench.records.records import Point, columns, merge_points, read_record
 from bench.runs import case_label
 from lod.errors import InputError
 from scenes.presets.load import load_preset
@@ -157,33 +159,57 @@ def test_metrics_are_compared_of_all_species_and_the_preset_keeps_its_sun(mine):
     assert headline.args[2][0][0] == EVERYTHING
 
 
-@pytest.mark.slow
-def test_a_preset_is_measured_resumed_and_reported(mine, tmp_path, capfd, monkeypatch):
-    monkeypatch.setattr(growth, "METRICS", ("blake", "solid_angle"))
-    steps = {name: (axis, some[:2]) for name, (axis, some) in growth.SWEEPS.items()}
-    monkeypatch.setattr(growth, "SWEEPS", steps)
-    law, out = EXPERIMENTS["law"], tmp_path / "out"
-    few = replace(law.topics["growth"], quick={"fields": 2, "unseen": False})
-    monkeypatch.setitem(EXPERIMENTS, "law", replace(law, topics={**law.topics, "growth": few}))
+def test_a_preset_is_resumed_told_apart_and_reported(mine, tmp_path, capfd, monkeypatch):
+    """What is measured is planted, so that the way from the command to the page is tried alone."""
+    out = tmp_path / "out"
+
+    def planted(name, preset, metric, sweep, first, seed):
+        points = [p for p in grown(1.0) if p.case["sweep"] == sweep]
+        one = [replace(c, values=c.values[:1], keys=c.keys) for p in points for c in p.samples]
+        rows = [one[k : k + 4] for k in range(0, len(one), 4)]
+        cases = [p.case | {"preset": name, "metric": metric} for p in points]
+        return [Point(case, samples=tuple(row)) for case, row in zip(cases, rows, strict=True)]
+
+    monkeypatch.setattr(growth, "measure", planted)
+    monkeypatch.setattr(runs, "take_probe", lambda preset: {})
     words = ("run", "law", "--quick", "--preset", str(mine), "-o", str(out), "--json")
     code, first, err = said(capfd, *words)
     assert code == 0, err
-    assert not json.loads(first)["kept"]
-    record = read_record(json.loads(first)["record"])
+    record = read_record(Path(json.loads(first)["record"]))
     assert record.subject == "law of mine.toml" and str(tmp_path) not in json.dumps(record.content)
     assert {p.case["topic"] for p in record.points} == {"growth"}
-    ratio = [c for c in record.claims if c.estimand == "parts displayed ÷ predicted"]
-    assert len(ratio) == 2 and all(0.5 < each.measured < 2 for each in ratio)
-    assert json.loads(said(capfd, *words)[1])["kept"]
+    assert not json.loads(first)["kept"] and json.loads(said(capfd, *words)[1])["kept"]
     mine.write_text(MINE.replace("0.02", "0.03"))
     code, other, err = said(capfd, *words)
     assert code == 0 and not json.loads(other)["kept"], err
-    assert read_record(json.loads(other)["record"]).provenance.scene != record.provenance.scene
+    assert (
+        read_record(Path(json.loads(other)["record"])).provenance.scene != record.provenance.scene
+    )
+    assert "density = 0.03" in read_record(Path(json.loads(other)["record"])).notes["preset_text"]
     code, _, err = said(capfd, "report", str(out))
     assert code == 0, err
     page = (out / "report.md").read_text()
     assert "## law of mine.toml: quick run" in page
     assert "lodbench run growth --preset mine.toml --quick" in page
+
+
+@pytest.mark.slow
+def test_the_steps_of_a_preset_are_counted_predicted_and_timed(mine, monkeypatch):
+    steps = {name: (axis, some[:3]) for name, (axis, some) in growth.SWEEPS.items()}
+    monkeypatch.setattr(growth, "SWEEPS", steps)
+    preset = load_preset(str(mine))
+    fields = [
+        point
+        for sweep in steps
+        for first in (900, 901)
+        for point in growth.measure("mine.toml", preset, "blake", sweep, first, 0)
+    ]
+    merged = merge_points(fields)
+    assert len(merged) == 9 and all(len(p.column("parts")) == 2 for p in merged)
+    found = {c.estimand: c for c in growth.claims(merged)}
+    assert 0.5 < found["parts displayed ÷ predicted"].measured < 2
+    assert found["exponent of parts displayed against K"].value == pytest.approx(1, abs=0.01)
+    assert all(c.verdict != "refuted" for c in found.values() if c.kind == "verification")
 
 
 @pytest.mark.slow
@@ -207,7 +233,7 @@ def test_a_preset_of_ones_own_is_judged_by_each(name, mine, tmp_path, capfd, mon
         capfd, "run", name, "--quick", "--preset", str(mine), "-o", str(tmp_path), "--json"
     )
     assert code == 0, err
-    record = read_record(json.loads(out)["record"])
+    record = read_record(Path(json.loads(out)["record"]))
     assert record.subject == f"{name} of mine.toml"
     assert all("mine.toml" in p.case.values() for p in record.points)
     assert record.claims and changed.plots(record)
