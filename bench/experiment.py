@@ -16,6 +16,7 @@ from bench.records.claims import Claim
 from bench.records.records import Point, where
 from lod.errors import InputError
 from scenes.presets.load import nearest_name
+from scenes.presets.schema import Preset
 
 if TYPE_CHECKING:
     from bench.plots import Plot
@@ -26,6 +27,10 @@ Progress = Callable[[int, int, str], None]
 
 Table = tuple[tuple[str, ...], list[tuple[str, ...]]]
 """A table: the heads of its columns, and its rows."""
+
+Own = Literal["metric", "stems", "preset"]
+OwnPreset = tuple[str, Preset]
+"""The name of a preset, or of its file, and the preset."""
 
 EffortName = Literal["full", "quick"]
 """How much a run measures: everything, or enough to try it."""
@@ -42,11 +47,7 @@ It gives a Point or several, and can be sent to another process; points of the s
 """
 
 
-def _nothing(record: "Record") -> tuple[()]:
-    return ()
-
-
-def _no_plan(**sizes: Any) -> tuple[()]:
+def _nothing(*given: object, **sizes: object) -> tuple[()]:
     return ()
 
 
@@ -55,8 +56,7 @@ class Topic:
     """One question of several that an experiment answers.
 
     about        what `lodbench list` says of it
-    cases        function from sizes, by name, to its cases. Where ``accepts_metric`` is true it is
-                 also given ``metric``, the name of the metric that is tried, or None
+    cases        function from sizes, by name, to its cases; it is also given what it ``accepts``
     claims       function from its points, whose ``case`` names it as ``topic``, to every claim that
                  they decide
     plots        function from a record of its points and of all claims to its plots
@@ -68,23 +68,23 @@ class Topic:
     seconds      how long a full and a quick run take on two cores, for estimates of time alone
     apart        whether ``run all`` leaves it out for its length, and so does the experiment's own
                  name where there are others
-    accepts_metric   whether it can measure an installed metric beside the built-in ones
-    accepts_stems    whether it can measure a map of stems; its cases are given ``stems``: the path
-                     and the SHA-256 of the file, or None
+    accepts      what of a user's own it can measure, each given to ``cases`` by name, or None:
+                 ``metric``, the name of an installed metric, beside the built-in ones; ``stems``,
+                 the path of a map and the SHA-256 of that file; ``preset``, an OwnPreset, in place
+                 of its own worlds
     """
 
     about: str
     cases: Callable[..., Sequence[Case]]
-    claims: Callable[[Sequence[Point]], Iterable[Claim]] = _nothing  # type: ignore[assignment]
+    claims: Callable[[Sequence[Point]], Iterable[Claim]] = _nothing
     plots: Callable[["Record"], Iterable["Plot"]] = _nothing
     tables: Callable[["Record"], Iterable[tuple[str, Table]]] = _nothing
     full: Mapping[str, Any] = field(default_factory=dict)
     quick: Mapping[str, Any] = field(default_factory=dict)
-    plan: Callable[..., Sequence[str]] = _no_plan
+    plan: Callable[..., Sequence[str]] = _nothing
     seconds: tuple[float, float]
     apart: bool = False
-    accepts_metric: bool = False
-    accepts_stems: bool = False
+    accepts: tuple[Own, ...] = ()
 
     def sizes(self, effort: EffortName) -> dict[str, Any]:
         """Return the sizes of a full or a quick run."""
@@ -128,10 +128,9 @@ class Experiment:
         """Names of the topics that run where only the experiment is named."""
         return tuple(name for name, topic in self.topics.items() if not topic.apart)
 
-    @property
-    def accepts_metric(self) -> bool:
-        """Whether any topic can measure an installed metric."""
-        return any(topic.accepts_metric for topic in self.topics.values())
+    def accepting(self, own: Own, topics: Iterable[str]) -> tuple[str, ...]:
+        """Return those of these topics that can measure a thing of a user's own."""
+        return tuple(name for name in topics if own in self.topics[name].accepts)
 
     def seconds(self, topics: Iterable[str], effort: EffortName) -> float:
         """Estimate how long a run of these topics takes on two cores [s]."""

@@ -17,6 +17,7 @@ import numpy as np
 
 from bench.children import run_in_child
 from bench.records.records import Column, Point, columns
+from lod.errors import InputError
 from lod.law import max_ground_distance
 from lod.pruner import prune
 from scenes.presets.load import load_preset
@@ -27,13 +28,27 @@ from scenes.render.exr.layer_file import write_exr
 from scenes.render.render import build_frame, render_frame, trace
 from scenes.scene import Scene
 
-KINDS: dict[str, tuple[str, tuple[str, ...]]] = {
-    "meadow": ("meadow", ("species.sward.density=0",)),
-    "crowd": ("crowd", ("species.tree.density=0",)),
-}
-"""For each kind of world its preset and what is changed in it: nothing moves in ``meadow``."""
+Kind = tuple[str | Preset, tuple[str, ...]]
+"""A kind of world: its preset, and what is changed in it."""
 
-SETTINGS = ("render.size=320x180", "render.spp=8", "species.sward.density=0")
+_BARE = "species.sward.density=0"
+"""Trees and people are compared; blades of grass would be nearly all parts there are."""
+
+KINDS: dict[str, Kind] = {
+    "meadow": ("meadow", (_BARE,)),
+    "crowd": ("crowd", ("species.tree.density=0",)),
+    "still crowd": ("crowd", ("species.tree.density=0", "species.figure.patrol=0")),
+    "swaying": ("meadow", (_BARE, "wind.speed=6")),
+    "forest": ("forest", (_BARE,)),
+    "swaying forest": ("forest", (_BARE, "wind.speed=6")),
+    "from above": ("meadow", (_BARE, "camera.height=60", "camera.pitch=-20")),
+}
+"""The kinds of world by their names: nothing moves in ``meadow``."""
+
+AT_ORIGIN = "camera.position=[0, 0]", "camera.cell=[0, 0]", "camera.keys=[]"
+"""Settings that put the eye in the middle of the world."""
+
+SETTINGS = ("render.size=320x180", "render.spp=8", _BARE)
 FRAMES = 4
 """Frames of ``meadow`` in each process, after the first, and what is changed in the preset."""
 
@@ -54,8 +69,24 @@ class Picture:
     spp: int
 
 
+def own_kind(preset: Preset) -> Kind:
+    """Return the kind of world of a user's preset: its eye in the middle, and no grass.
+
+    Raises InputError where nothing else stands there.
+    """
+    grass = [name for name, each in preset.species.items() if each.model == "sward"]
+    if not any(each.density > 0 for name, each in preset.species.items() if name not in grass):
+        rule = "cost and methods measure windows of objects, in which grass is left out"
+        raise InputError("--preset", ", ".join(grass), rule, "add a species, or run law or images")
+    return preset, (*AT_ORIGIN, *(f"species.{name}.density=0" for name in grass))
+
+
 def window_preset(
-    name: str, settings: Sequence[str], objects: float, picture: Picture, detail: float | None
+    name: str | Preset,
+    settings: Sequence[str],
+    objects: float,
+    picture: Picture,
+    detail: float | None,
 ) -> Preset:
     """Make a preset with a window of so many objects, on average, about the eye, on level ground.
 
@@ -73,7 +104,10 @@ def window_preset(
 
 @dataclass(frozen=True)
 class Size:
-    """One field of one size of world; ``samples`` are those of the pictures that are compared."""
+    """One field of one size of world; ``samples`` are those of the pictures that are compared.
+
+    ``world`` is that of ``kind`` where it is none of KINDS.
+    """
 
     kind: str
     objects: float
@@ -84,6 +118,7 @@ class Size:
     frames: int
     samples: tuple[int, ...]
     variant: str
+    world: Kind | None = None
 
     @property
     def label(self) -> str:
@@ -142,7 +177,7 @@ def window_costs(case: Size, side: str, seed: int) -> dict[str, Any]:
     statistics   counts of the last frame
     pictures     of the first frame, one for each of the case's counts of samples
     """
-    name, settings = KINDS[case.kind]
+    name, settings = case.world or KINDS[case.kind]
     picture = Picture(case.size, case.spp)
     detail = None if side == "whole" else 1.0
     scene = Scene(window_preset(name, (*settings, f"seed={seed}"), case.objects, picture, detail))

@@ -22,10 +22,12 @@ from typing import Any
 
 from pydantic import TypeAdapter
 
-from bench.experiment import Case, Experiment, Progress, silent
+from bench.experiment import Case, Experiment, OwnPreset, Progress, silent
 from bench.records.probe import CASES, NOTE, SOURCES, take_probe
 from bench.records.provenance import Provenance, machine, provenance, scene_digest
 from bench.records.records import (
+    PRESET,
+    PRESET_TEXT,
     Point,
     Record,
     merge_points,
@@ -37,6 +39,8 @@ from bench.records.records import (
 from lod.errors import InputError
 from scenes.files import write_text
 from scenes.plugins import modules
+from scenes.presets.load import preset_toml
+from scenes.presets.schema import Preset
 from scenes.processes.cache import PACKAGES, source_digest
 
 CaseExecutor = Callable[[Callable[..., Any], Sequence[tuple[Any, ...]]], Iterator[Any]]
@@ -85,7 +89,7 @@ class RunRequest:
     """One experiment as it was asked for.
 
     metric names another to be tried beside its own; stems is the path of a map of stems,
-    and the SHA-256 of that file
+    and the SHA-256 of that file; preset is tried in place of the experiment's own
     """
 
     name: str
@@ -94,6 +98,7 @@ class RunRequest:
     seed: int = 0
     metric: str | None = None
     stems: tuple[str, str] | None = None
+    preset: OwnPreset | None = None
 
 
 def spent_since(start: Sequence[float] = (0.0, 0.0)) -> dict[str, float]:
@@ -200,9 +205,7 @@ def run_experiment(
     for name in asked.topics:
         topic = experiment.topics[name]
         sizes[name] = topic.sizes("quick" if asked.quick else "full")
-        accepted: dict[str, Any] = {"metric": asked.metric} if topic.accepts_metric else {}
-        accepted |= {"stems": asked.stems} if topic.accepts_stems else {}
-        cases += topic.cases(**sizes[name], **accepted)
+        cases += topic.cases(**sizes[name], **{own: getattr(asked, own) for own in topic.accepts})
     points: list[Point] = []
     made: list[dict[str, Any]] = []
     results = executor(measured_case, [(case, asked.seed) for case in cases])
@@ -216,6 +219,8 @@ def run_experiment(
     notes: dict[str, Any] = {"sizes": sizes, CASES: made}
     if experiment.notes:
         notes |= experiment.notes(merged)
+    if asked.preset:
+        notes |= {PRESET: asked.preset[0], PRESET_TEXT: preset_toml(asked.preset[1])}
     return Record(
         experiment=experiment.name,
         version=experiment.version,
@@ -260,14 +265,16 @@ def case_label(case: Case) -> str:
     """Name a case for progress by its arguments: data by their label, and not without one."""
     values = [getattr(v, "label", v) for v in (*case.args, *case.keywords.values())]
     said = [" ".join(map(str, v)) if isinstance(v, tuple | list) else v for v in values]
-    words = (f"{v:g}" if isinstance(v, float) else str(v) for v in said if not is_dataclass(v))
+    plain = (v for v in said if not isinstance(v, Preset) and not is_dataclass(v))
+    words = (f"{v:g}" if isinstance(v, float) else str(v) for v in plain)
     return ", ".join(words)
 
 
 def _origin(experiment: Experiment, asked: RunRequest, points: tuple[Point, ...]) -> Provenance:
     """Say what made a record; its scene is all that was looked at, and how it was asked for."""
     looked_at = [[point.case, point.scene] for point in points]
-    scene = scene_digest([experiment.name, experiment.version, looked_at])
+    own = [preset_toml(asked.preset[1])] if asked.preset else []
+    scene = scene_digest([experiment.name, experiment.version, looked_at, *own])
     threads = (os.cpu_count() or 1) if experiment.all_cores else 1
     variant = None
     if experiment.rendered:

@@ -15,8 +15,15 @@ from functools import partial
 import numpy as np
 
 from bench.children import run_in_child
-from bench.experiment import Case, Experiment, Table, Topic
-from bench.frame_costs import WORLD, Size, measure_process, measure_worlds, window_costs
+from bench.experiment import Case, Experiment, OwnPreset, Table, Topic
+from bench.frame_costs import (
+    WORLD,
+    Size,
+    measure_process,
+    measure_worlds,
+    own_kind,
+    window_costs,
+)
 from bench.images.differences import errors, flips
 from bench.images.equal_error import EQUAL_ERROR
 from bench.plots import SIDE, Curve, Panel, Plot, curves, estimated, figure, number_text
@@ -113,22 +120,24 @@ def _cost_claims(points: Sequence[Point]) -> Iterator[Claim]:
 def _size_claims(kind: str, objects: float, pruned: Point, unpruned: Point) -> Iterator[Claim]:
     of: dict[str, str | float] = {"kind": kind, "objects": objects}
     later = {**of, "scene": "unpruned built once" if kind in STILL else "both rebuilt per frame"}
-    made = partial(claim, source="§4.1, §4.2")
-    trace = ratio(_stage_us(pruned, "trace"), _stage_us(unpruned, "trace"))
-    yield made("time to trace, pruned ÷ unpruned", within(1, 0.25), of, trace, unit="frame")
-    frame = ratio(_frame_us(pruned), later_us(unpruned))
-    yield made("time of a later frame, pruned ÷ unpruned", at_most(1), later, frame, unit="frame")
-    set_up = ratio(_set_up_us(pruned), _set_up_us(unpruned))
-    yield made("time to set up a frame, pruned ÷ unpruned", at_most(1), of, set_up, unit="frame")
-    held = ratio(pruned.values("peak_bytes"), unpruned.values("peak_bytes"))
-    yield made("memory of a first frame, pruned ÷ unpruned", at_most(1), of, held, unit="field")
+    made = partial(claim, unit="field", source="§4.1, §4.2")
+    fields = len(pruned.values("peak_bytes"))
+    trace = ratio(_stage_us(pruned, "trace"), _stage_us(unpruned, "trace"), fields)
+    yield made("time to trace, pruned ÷ unpruned", within(1, 0.25), of, trace)
+    frame = ratio(_frame_us(pruned), later_us(unpruned), fields)
+    yield made("time of a later frame, pruned ÷ unpruned", at_most(1), later, frame)
+    set_up = ratio(_set_up_us(pruned), _set_up_us(unpruned), fields)
+    yield made("time to set up a frame, pruned ÷ unpruned", at_most(1), of, set_up)
+    held = ratio(pruned.values("peak_bytes"), unpruned.values("peak_bytes"), fields)
+    yield made("memory of a first frame, pruned ÷ unpruned", at_most(1), of, held)
     wrong, bound = one_sided_mean(errors(pruned)), at_most(EQUAL_ERROR)
-    yield made("FLIP to unpruned without noise", bound, of, wrong, unit="field")
+    yield made("FLIP to unpruned without noise", bound, of, wrong)
 
 
-def ratio(pruned: Reals, unpruned: Reals) -> Estimate:
-    """Estimate pruned ÷ unpruned, one by one."""
-    return two_sided_factor(np.maximum(pruned, 1) / np.maximum(unpruned, 1))
+def ratio(pruned: Reals, unpruned: Reals, fields: int) -> Estimate:
+    """Estimate pruned ÷ unpruned; frames of one field, one after the other, are one value."""
+    logs = np.log(np.maximum(pruned, 1) / np.maximum(unpruned, 1)).reshape(fields, -1)
+    return two_sided_factor(np.exp(logs.mean(axis=1)))
 
 
 def _stage_us(point: Point, stage: str) -> Reals:
@@ -235,7 +244,7 @@ def _cost_plots(record: Record) -> Iterator[Plot]:
             )
         unpruned, pruned = both[-2:]
         times = [
-            ratio(of(pruned), of(unpruned)).value
+            ratio(of(pruned), of(unpruned), len(pruned.values("peak_bytes"))).value
             for of in (_set_up_us, partial(_stage_us, stage="trace"))
         ]
         told[pruned.case["objects"]] = (
@@ -299,15 +308,17 @@ def _cost_cases(
     spp: int,
     frames: int,
     samples: Sequence[int],
+    preset: OwnPreset | None = None,
 ) -> list[Case]:
-    variant = choose()
+    variant, world = choose(), None
+    if preset is not None:  # in place of the process of a preset and of all worlds
+        few = sorted({objects for several in worlds.values() for objects in several})[:2]
+        processes, worlds, world = 0, {preset[0]: few}, own_kind(preset[1])
+    looks = unseen, size, spp, frames, tuple(samples), variant, world
     return [
         *(partial(measure_process, number, variant) for number in range(processes)),
         *(
-            partial(
-                _measure_size,
-                Size(kind, objects, field, unseen, size, spp, frames, tuple(samples), variant),
-            )
+            partial(_measure_size, Size(kind, objects, field, *looks))
             for kind, several in worlds.items()
             for objects in several
             for field in range(fields)
@@ -365,6 +376,7 @@ EXPERIMENT = Experiment(
                 "samples": [16, 64],
             },
             seconds=(1400.0, 60.0),
+            accepts=("preset",),
         ),
         "world": Topic(
             about="one frame in worlds of 10³ to 10¹⁵ objects, and all objects of small ones",

@@ -197,8 +197,8 @@ def _by_distance(points: Sequence[Point]) -> Iterator[Plot]:
             f"{100 * BAND_MARGIN:g} %; in the same places pictures differ by up to FLIP {worst:.2g}"
         )
         caption = (
-            "All representations pruned by blake at one pixel, against a finer reference, without "
-            "grass; means over fields with 95 % intervals, FLIP without noise. Shaded: claimed."
+            "All representations pruned by blake at one pixel, against a finer reference; means "
+            "over fields with 95 % intervals, FLIP without noise. Shaded: claimed."
         )
         yield figure("by-distance", title, caption, panels)
 
@@ -311,7 +311,7 @@ EXPERIMENT = Experiment(
             cases=fields.cases,
             claims=_fidelity_claims,
             plots=_fidelity_plots,
-            accepts_metric=True,
+            accepts=("metric", "preset"),
             full={
                 "fields": 12,
                 "size": "320x180",
@@ -370,7 +370,7 @@ EXPERIMENT = Experiment(
             cases=pixels.cases,
             claims=_pixel_claims,
             plots=_pixel_plots,
-            accepts_metric=True,
+            accepts=("metric",),
             full={"objects": 1000},
             quick={"objects": 150},
             seconds=(60.0, 15.0),
@@ -388,7 +388,8 @@ EXPERIMENT = Experiment(
     notes=notes,
     rendered=True,
     caveats=(
-        "Fields of one preset, with its own trees and people, under three suns and no cloud.",
+        "Fields of one preset, without grass, with its own trees and people, under three suns and "
+        "no cloud; or of a preset of your own, under its own sun.",
         "References are the same scene far finer, not unpruned, except in `cover`: what a preset "
         "leaves out at any detail is in neither picture.",
         "Pictures have 320×180 pixels, sweeps 160×90, quick runs 64×36. FLIP is of one exposure "

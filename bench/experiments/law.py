@@ -20,6 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy import stats
 
+from bench import preset_growth
 from bench.counting import (
     BEYOND,
     COLUMNS,
@@ -242,10 +243,8 @@ def _beyond_claims(sweep: str, points: list[Point]) -> Iterator[Claim]:
 
 def over_flat_ground(point: Point) -> Estimate:
     """Estimate objects displayed ÷ those of the flat-ground model, of one point."""
-    found = rows([point], "objects").over_prediction()
     share = point.prediction("objects") / point.prediction("bare")
-    low, value, high = (share * v for v in (found.low, found.value, found.high))
-    return Estimate(value, low, high, share * found.standard_error, found.scale, found.rows)
+    return rows([point], "objects").over_prediction() * share
 
 
 def _all_pierced(point: Point) -> Reals:
@@ -459,7 +458,7 @@ EXPERIMENT = Experiment(
             ],
             claims=_scaling_claims,
             plots=_scaling_plots,
-            accepts_metric=True,
+            accepts=("metric",),
             full={"target": 0.005, "least": 4, "most": 20_000},
             quick={"target": 0.01, "least": 2, "most": 4_000},
             seconds=(400.0, 110.0),
@@ -477,6 +476,16 @@ EXPERIMENT = Experiment(
             quick={"fields": 60},
             seconds=(35.0, 16.0),
         ),
+        "growth": Topic(
+            about="parts, CPU time and memory of a preset against K, side of the world and pixels",
+            cases=preset_growth.cases,
+            claims=preset_growth.claims,
+            plots=preset_growth.plots,
+            full={"fields": 12, "unseen": True},
+            quick={"fields": 4, "unseen": False},
+            seconds=(420.0, 120.0),
+            accepts=("preset",),
+        ),
     },
     notes=notes,
     caveats=(
@@ -484,7 +493,8 @@ EXPERIMENT = Experiment(
         "count`).",
         "Hills of one shape, patches of one kind, haze of one visibility: they show where the "
         "flat-ground model breaks, and that the extended model does not.",
-        "Counts, not seconds: what a frame costs is another experiment.",
+        "Counts; `growth` adds the time and memory before tracing, and what a whole frame costs is "
+        "another experiment.",
         "Depth complexity is of people on flat ground, by level rays at the height of chests; "
         "every stick is a surface, and a level ray never meets the ground.",
     ),

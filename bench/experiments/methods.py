@@ -30,8 +30,8 @@ import numpy as np
 from scipy import stats
 
 from bench.children import run_in_child
-from bench.experiment import Case, Experiment, Topic
-from bench.frame_costs import Picture
+from bench.experiment import Case, Experiment, OwnPreset, Topic
+from bench.frame_costs import Picture, own_kind
 from bench.images.differences import (
     BAND_EDGES_M,
     EPSILON,
@@ -138,14 +138,22 @@ def _each(
 
 
 def cases(
-    worlds: Sequence[tuple[str, float, int, Sequence[str]]],
-    walk: tuple[str, float, str, int],
+    worlds: Sequence[Sequence[Any]],
+    walk: Sequence[Any],
     size: str,
     spp: int,
+    preset: OwnPreset | None = None,
     **common: Any,
 ) -> list[Case]:
-    """Return every field of every world, and the walk."""
+    """Return every field of every world, and the walk.
+
+    A user's own preset stands in place of all worlds, with as many objects as there are in the walk
+    and as many fields as the first world has.
+    """
     variant = choose()
+    if preset is not None:
+        worlds = _each(preset[:1], (walk[1],), worlds[0][2], _BASELINES)
+        walk, common["world"] = (preset[0], *walk[1:]), own_kind(preset[1])
     windows = [
         Window(
             kind, objects, field, Picture(size, spp), variant=variant, tried=tuple(few), **common
@@ -155,7 +163,7 @@ def cases(
     ]
     kind, objects, walk_size, frames = walk
     window = Window(kind, objects, 0, Picture(walk_size, spp), 2, 1, variant)
-    window = replace(window, unseen=bool(common["unseen"]))
+    window = replace(window, unseen=bool(common["unseen"]), world=common.get("world"))
     return [
         *(partial(measure_window, each) for each in windows),
         partial(measure_walk, window, frames),
@@ -473,6 +481,7 @@ EXPERIMENT = Experiment(
             plan=plan,
             seconds=(18_000.0, 600.0),
             apart=True,
+            accepts=("preset",),
         ),
     },
     rendered=True,

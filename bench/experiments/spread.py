@@ -26,11 +26,7 @@ from bench.experiment import Experiment, Topic
 from bench.plots import Curve, Plot, curves
 from bench.records.claims import UNREPLICATED, Claim, claim, within
 from bench.records.records import Column, Point, Record, columns, predictions
-from bench.statistics.estimates import (
-    Estimate,
-    two_sided_mean,
-    two_sided_quantile,
-)
+from bench.statistics.estimates import two_sided_mean, two_sided_quantile
 from lod.law import chained_limits, disc_areas
 from lod.pair_correlation import (
     CountSpread,
@@ -194,25 +190,18 @@ def _of(point: Point, unit: str) -> str:
     return UNREPLICATED if "stems" in point.case else unit
 
 
-def _scaled(found: Estimate, by: float) -> Estimate:
-    value, low, high, error = (
-        v / by for v in (found.value, found.low, found.high, found.standard_error)
-    )
-    return Estimate(value, low, high, error, found.scale, found.rows)
-
-
 def _spread_claims(points: Sequence[Point]) -> Iterator[Claim]:
     for point in points:
         made = partial(claim, unit=_of(point, "field"), source="derived: docs/method.md")
         where_ = {**_condition(point), "τ": f"{point.case['detail']:g} px"}
         parts, law = point.values("parts"), point.prediction
-        mean = _scaled(two_sided_mean(parts), law("mean"))
+        mean = two_sided_mean(parts) * (1 / law("mean"))
         about = two_sided_mean(np.square(parts - law("mean")))
-        most = _scaled(two_sided_quantile(parts, SHARE), law("percentile"))
+        most = two_sided_quantile(parts, SHARE) * (1 / law("percentile"))
         bound, estimand = within(1, 0.02), "mean parts of a frame ÷ predicted"
         yield made(estimand, bound, where_, mean, kind="verification")
         estimand = "variance of a frame's parts ÷ predicted by pair correlation"
-        yield made(estimand, within(1, 0.05), where_, _scaled(about, law("variance")))
+        yield made(estimand, within(1, 0.05), where_, about * (1 / law("variance")))
         estimand = "99th percentile of a frame's parts ÷ predicted by pair correlation"
         yield made(estimand, within(1, 0.05), where_, most)
 
@@ -288,7 +277,7 @@ EXPERIMENT = Experiment(
             cases=_spread_cases,
             claims=_spread_claims,
             plots=_spread_plots,
-            accepts_stems=True,
+            accepts=("stems",),
             full={"fields": 16_000},
             quick={"fields": 1_500},
             seconds=(480.0, 60.0),
@@ -300,7 +289,7 @@ EXPERIMENT = Experiment(
             ],
             claims=_budget_claims,
             plots=_budget_plots,
-            accepts_stems=True,
+            accepts=("stems",),
             full={"walks": 1_200, "frames": 20},
             quick={"walks": 120, "frames": 20},
             seconds=(360.0, 45.0),

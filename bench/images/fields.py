@@ -1,7 +1,7 @@
 """Fields of one preset in three views, pruned in ways, against a finer reference (§1.2, §2.4).
 
 The reference is the same frame with every species at SPECIES_DETAIL and the ground at
-GROUND_DETAIL, where nothing is left out for air or fades. Field k is turned by k × TURN_DEG, and
+twice that, where nothing is left out for air or fades. Field k is turned by k × TURN_DEG, and
 its sun is the k-th of SUN_ELEVATIONS_DEG in turn. Full runs judge worlds and trees that nothing was
 fitted to (``bench.seeds``).
 
@@ -12,6 +12,7 @@ metrics: species pruned over the reference's ground. Fields are the replicates: 
 number for each.
 """
 
+import dataclasses
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
@@ -20,7 +21,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float64
 
-from bench.experiment import Case
+from bench.experiment import Case, OwnPreset
 from bench.images.differences import (
     PIXELS_PER_DEGREE,
     REFERENCE,
@@ -33,7 +34,7 @@ from bench.images.differences import (
     look,
     sums_by_band,
 )
-from bench.records.records import Column, Key, Point, columns, pictures
+from bench.records.records import Column, Key, Point, columns, grouped, pictures
 from bench.seeds import first_seed
 from lod.arrays import Points
 from lod.metric import METRICS, Metric
@@ -43,8 +44,9 @@ from scenes.frame.frame_input import SKY_Z, DisplayedRepresentation, FrameInput,
 from scenes.ground.shading import AggregateCover, ResidualCover
 from scenes.models.catalogue import PROTOTYPE_SEED
 from scenes.plugins import metric_by_name
-from scenes.presets.load import load_preset, preset_from
+from scenes.presets.load import Setting, load_preset, preset_from
 from scenes.presets.schema import Preset
+from scenes.render.budget import reference_preset
 from scenes.render.pictures import auto_exposure, to_srgb
 from scenes.render.render import render_frame
 from scenes.render.variants import choose
@@ -77,8 +79,11 @@ ground is pruned by the default metric.
 PRUNED = {EVERYTHING: "all representations", SPECIES: "species", GROUND: "ground"}
 """What is pruned, in words."""
 
-SPECIES_DETAIL, GROUND_DETAIL = 1 / 8, 1 / 4
-"""Details of the reference [px]."""
+SPECIES_DETAIL = 1 / 8
+"""Detail of the species in the reference [px]; that of the ground is twice as much."""
+
+OWN_BYTES = 4 * 10**9
+"""Memory that the reference of a user's own preset may take: it is as fine as that allows."""
 
 SUN_ELEVATIONS_DEG = (10.0, 40.0, 70.0)
 TURN_DEG = 30.0
@@ -105,15 +110,18 @@ _GRASS = (*("world.extent=80", "terrain.reach=80", "render.max_depth=3", "camera
 class Field:
     """One field as one view sees it.
 
+    view         one of VIEWS, GRASS, or the name of a user's own preset
     number       of the field, from 0
     unseen       whether its world and trees are those for judging, or may be looked at by anybody
     size         of its pictures, as ``320x180``
+    own          a user's own preset, which keeps its sun and its prototypes
     """
 
     view: str
     number: int
     unseen: bool
     size: str
+    own: Preset | None = dataclasses.field(default=None, hash=False)
 
     @property
     def label(self) -> str:
@@ -123,12 +131,14 @@ class Field:
     def preset(self, seed: int) -> Preset:
         """Load the preset as it is seen here, in a run of a seed."""
         sun = SUN_ELEVATIONS_DEG[self.number % len(SUN_ELEVATIONS_DEG)]
-        settings = (
+        settings: tuple[str, ...] = (
+            f"light.sun_elevation={sun:g}",
             f"seed={first_seed(self.unseen, 1) + 12 * seed + self.number}",
             f"render.size={self.size}",
-            f"light.sun_elevation={sun:g}",
             f"camera.heading={(20 + self.number * TURN_DEG) % 360:g}",
         )
+        if self.own is not None:
+            return load_preset(self.own, settings[1:])  # under its own sun
         if self.view == GRASS:
             meadow = load_preset("meadow").model_dump(mode="json")
             grass = {"sward": meadow["species"]["sward"] | {"metric": None}}
@@ -138,7 +148,7 @@ class Field:
     @property
     def prototype_seed(self) -> int:
         """The seed of its trees and people."""
-        if not self.unseen:
+        if not self.unseen or self.own is not None:
             return PROTOTYPE_SEED
         return first_seed(True, 1) + self.number % PROTOTYPE_SETS
 
@@ -203,35 +213,33 @@ def display_others(world: World, view: View, detail: float) -> Shown:
     return tuple(display(each, prune(each, at), at) for each in others)
 
 
-def reference(world: World, view: View) -> Shown:
-    """Display the reference of a view."""
-    ground = display_ground(world, _plain(view), GROUND_DETAIL, SPECIES_DETAIL)
-    return (*ground, *_whole_species(world, view))
+def reference(world: World, view: View, fine: float = SPECIES_DETAIL) -> Shown:
+    """Display the reference of a view: species at a fine detail [px], ground at twice that."""
+    ground = display_ground(world, _plain(view), 2 * fine, fine)
+    return (*ground, *display_others(world, _plain(view), fine))
 
 
-def displayed(world: World, view: View, pruned: str, metric: str, detail: float) -> Shown:
+def displayed(
+    world: World, view: View, pruned: str, metric: str, detail: float, fine: float = SPECIES_DETAIL
+) -> Shown:
     """Display what ``pruned`` says by a metric at a detail [px], and the rest as the reference."""
     mine = replace(view, metric=metric_by_name(metric))
-    species = _whole_species(world, view)
+    species = display_others(world, _plain(view), fine)
     if pruned in (SPECIES, EVERYTHING):
         species = display_others(world, mine, detail)
     if pruned == EVERYTHING:
         return (*display_ground(world, view, detail, detail), *species)
     if pruned == GROUND:
-        return (*display_ground(world, view, detail, SPECIES_DETAIL), *species)
+        return (*display_ground(world, view, detail, fine), *species)
     if pruned == SPECIES:
         whole = _plain(view)
-        ground = display_ground(world, whole, GROUND_DETAIL, detail, mine.metric)
+        ground = display_ground(world, whole, 2 * fine, detail, mine.metric)
         return (*ground, *species)
-    return reference(world, view)
+    return reference(world, view, fine)
 
 
 def _plain(view: View) -> View:
     return replace(view, fade=0.0, conditions=None, metric=METRICS["blake"])
-
-
-def _whole_species(world: World, view: View) -> Shown:
-    return display_others(world, _plain(view), SPECIES_DETAIL)
 
 
 def parts_in(world: World, shown: Shown) -> int:
@@ -245,11 +253,12 @@ SHOWN_PX, SHOWN_SPP = (1.0, 4.0), 64
 
 def pictures_of(points: Sequence[Point]) -> list[dict[str, Any]]:
     """Render for a record's notes the first field in each view: reference, pruned, FLIP maps."""
+    views = [view for (view,) in grouped(points, "view") if view in VIEWS]
     first = next(p for p in points if p.case.get("what") == "headline")
     unseen = first.column("prototype_seed")[0] != PROTOTYPE_SEED
     seed = (first.column("world_seed")[0] - first_seed(unseen, 1)) // 12
     variant = choose()
-    return [_one(Field(view, 0, unseen, "320x180"), variant, seed) for view in VIEWS]
+    return [_one(Field(view, 0, unseen, "320x180"), variant, seed) for view in views]
 
 
 def _one(field: Field, variant: str, seed: int) -> dict[str, Any]:
@@ -306,19 +315,31 @@ def cases(
     grass_details: Sequence[float],
     unseen: bool,
     metric: str | None = None,
+    preset: OwnPreset | None = None,
 ) -> list[Case]:
-    """Return the headline pictures of every field, and the sweeps, with ``metric`` in them."""
+    """Return the headline pictures of every field, and the sweeps, with ``metric`` in them.
+
+    A user's own preset stands in place of all views. In its sweeps no species keeps a metric of
+    its own, for metrics are compared.
+    """
     made: list[Case] = []
+    views: Sequence[str] = tuple(VIEWS)
+    swept: Sequence[str] = SWEPT
+    own = alike = None
+    if preset is not None:
+        views = swept = preset[:1]
+        own = preset[1]
+        alike = load_preset(own, [Setting("", f"species.{n}.metric", None) for n in own.species])
     headlines = Looks(tuple(samples), light_passes), choose()
     for number in range(fields):
         alone = (NOTHING, SPECIES, GROUND) if number % ALONE_OF < ALONE else ()
         ways = tuple((pruned, "blake", 1.0) for pruned in (EVERYTHING, *alone))
-        for view in VIEWS:
-            field = Field(view, number, unseen, size)
+        for view in views:
+            field = Field(view, number, unseen, size, own)
             made.append(partial(measure, "headline", field, ways, *headlines))
     for number in range(sweep_fields):
-        for view in SWEPT:
-            field, grass = Field(view, number, unseen, sweep_size), view == GRASS
+        for view in swept:
+            field, grass = Field(view, number, unseen, sweep_size, alike), view == GRASS
             tried = (*(GRASS_METRICS if grass else METRICS_TRIED), *([metric] if metric else []))
             several = grass_details if grass else details
             ways = tuple((SPECIES, name, detail) for name in tried for detail in several)
@@ -341,9 +362,12 @@ def measure(
         frame_input = _input(field, shown, variant, seed, max(looks.samples))
         return look(frame_input, looks, np.array(EDGES_M), first)
 
-    whole, made = seen_of(reference(world, view), REFERENCE), []
+    fine = SPECIES_DETAIL
+    if field.own is not None:
+        fine = reference_preset(scene.preset, (1,), OWN_BYTES).view.detail
+    whole, made = seen_of(reference(world, view, fine), REFERENCE), []
     for pruned, metric, detail in ways:
-        shown = displayed(world, view, pruned, metric, detail)
+        shown = displayed(world, view, pruned, metric, detail, fine)
         parts, seen = parts_in(world, shown), seen_of(shown, TESTED)
         counted = {
             "field": [field.number],

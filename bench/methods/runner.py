@@ -4,8 +4,7 @@ import time
 import weakref
 from dataclasses import dataclass, field, replace
 
-from bench.frame_costs import KINDS as FRAME_KINDS
-from bench.frame_costs import Picture, window_preset
+from bench.frame_costs import KINDS, Kind, Picture, window_preset
 from bench.methods.known_methods import methods
 from bench.methods.method import Method
 from bench.records.records import Column, Point, columns
@@ -16,19 +15,6 @@ from scenes.scene import Scene
 
 STAGES = "update", "describe", "build", "trace"
 """The stages of a frame that are timed: pruned and posed, described, built, traced."""
-
-_BARE = "species.sward.density=0"
-"""Trees and people are compared; blades of grass would be nearly all parts there are."""
-
-KINDS: dict[str, tuple[str, tuple[str, ...]]] = {
-    **FRAME_KINDS,
-    "still crowd": ("crowd", ("species.tree.density=0", "species.figure.patrol=0")),
-    "swaying": ("meadow", (_BARE, "wind.speed=6")),
-    "forest": ("forest", (_BARE,)),
-    "swaying forest": ("forest", (_BARE, "wind.speed=6")),
-    "from above": ("meadow", (_BARE, "camera.height=60", "camera.pitch=-20")),
-}
-"""For each kind of world its preset and what is changed in it."""
 
 
 @dataclass(frozen=True)
@@ -42,6 +28,7 @@ class Window:
     tried     names of the methods that are tried; none = all
     weighed   settings of each method whose memory is measured, of those next to equal error
     unseen    whether its worlds are those for judging, or may be looked at by anybody
+    world     that of the kind where it is none of KINDS
     """
 
     kind: str
@@ -54,6 +41,7 @@ class Window:
     tried: tuple[str, ...] = ()
     weighed: int = 1
     unseen: bool = False
+    world: Kind | None = None
 
     @property
     def label(self) -> str:
@@ -62,7 +50,7 @@ class Window:
 
     def scene(self, seed: int, *more: str) -> Scene:
         """Make the scene of the window, unpruned; ``more`` are other settings."""
-        name, settings = KINDS[self.kind]
+        name, settings = self.world or KINDS[self.kind]
         own = first_seed(self.unseen, 6) + 20 * seed + self.field
         words = (*settings, *more, f"seed={own}")
         return Scene(window_preset(name, words, self.objects, self.picture, None))

@@ -11,6 +11,8 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
+from scipy import stats
+
 from bench.statistics.estimates import Estimate
 from lod.errors import InputError
 
@@ -156,6 +158,21 @@ class Claim:
         if self.high < lowest or self.low > highest:
             return "expected violation" if self.violation_expected else "refuted"
         return "inconclusive"
+
+    @property
+    def chance(self) -> float:
+        """The chance, at most, of so good an interval if the truth were at the claim's edge.
+
+        It is that of Student's t, of which an end of the interval is taken for a one-sided bound of
+        95 %: those of a two-sided interval are further out.
+        """
+        sides = zip(self.bound.range, (self.low, self.high), strict=True)
+        reach = min(
+            (edge - self.measured) / (end - self.measured) if end != self.measured else math.inf
+            for edge, end in sides
+        )
+        freedom = max(self.replicates - 1, 1)
+        return float(stats.t.sf(stats.t.ppf(0.95, freedom) * reach, freedom))
 
     @property
     def verdict_text(self) -> str:

@@ -13,6 +13,7 @@ from scipy import stats
 
 from bench.records.probe import CASES
 from bench.records.records import Column, Point, Record
+from bench.statistics.estimates import holm
 
 RELEVANT, RELEVANT_TIME = 0.005, 0.02
 """How far the mean of a quantity, and of a time, may be from what it was, as a share."""
@@ -69,13 +70,10 @@ def drifts(before: Record, after: Record) -> tuple[Drift, ...]:
         ends = (math.exp(mean + k * reach) for k in (0, -1, 1))
         found.append((p, abs(mean) > math.log1p(least), Drift(quantity, where, *ends)))
     found.sort(key=lambda each: each[0])
-    named = []
-    for k, (p, relevant, drift) in enumerate(found):
-        if p > LEVEL / (len(found) - k):
-            break
-        if relevant:
-            named.append(drift)
-    return tuple(named)
+    told_apart = holm([p for p, _, _ in found], LEVEL)
+    return tuple(
+        e for (_, large, e), apart in zip(found, told_apart, strict=True) if large and apart
+    )
 
 
 def _is_time(quantity: str) -> bool:

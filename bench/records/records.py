@@ -174,6 +174,9 @@ In version 4 claims are data: estimand, relation, margin, condition and unit of 
 
 _IN_NAME = 16
 
+PRESET, PRESET_TEXT = "preset", "preset_text"
+"""The notes that hold the name and the text of a user's own preset, where that was measured."""
+
 
 @dataclass(frozen=True)
 class Record:
@@ -187,6 +190,12 @@ class Record:
     points: tuple[Point, ...]
     claims: tuple[Claim, ...]
     notes: dict[str, Any]
+
+    @property
+    def subject(self) -> str:
+        """The experiment, and the user's own preset where it measured one: ``law of my.toml``."""
+        own = self.notes.get(PRESET)
+        return f"{self.experiment} of {own}" if own else self.experiment
 
     @property
     def content(self) -> dict[str, Any]:

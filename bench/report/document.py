@@ -12,7 +12,8 @@ from bench.plots import Plot
 from bench.records.claims import Claim, Kind
 from bench.records.probe import CASES
 from bench.records.probe import NOTE as PROBE
-from bench.records.records import NOTE, Pictures, Record
+from bench.records.records import NOTE, PRESET, PRESET_TEXT, Pictures, Record
+from bench.statistics.estimates import holm
 
 MARKS = {"holds": "✓", "refuted": "✗", "expected violation": "≠", "inconclusive": "?"}
 """Sign of each verdict, in the order in which verdicts are counted."""
@@ -27,7 +28,8 @@ def summarise_verdicts(claims: Sequence[Claim]) -> str:
     tried = len(claims) - failed
     ends = f" {_EXPECTED[failed > 1].format(failed)}" if failed else ""
     if count["holds"] == tried:
-        return f"Yes: {f'all {tried} claims hold' if tried > 1 else 'the claim holds'}.{ends}"
+        said = f"all {tried} claims hold{_together(claims)}" if tried > 1 else "the claim holds"
+        return f"Yes: {said}.{ends}"
     if count["refuted"]:
         return (
             f"Not as claimed: of {tried} claims {count['refuted']} "
@@ -35,6 +37,12 @@ def summarise_verdicts(claims: Sequence[Claim]) -> str:
             f"{count['inconclusive']} inconclusive, {count['holds']} hold.{ends}"
         )
     return f"So far {count['holds']} of {tried} claims hold; the others are inconclusive.{ends}"
+
+
+def _together(claims: Sequence[Claim]) -> str:
+    """Say how many claims of which all hold do so at 5 % for all of them together."""
+    tried = [each.chance for each in claims if each.verdict == "holds"]
+    return f" ({sum(holm(tried, 0.05))} at 5 % for all of them together, by Holm's correction)"
 
 
 def verified(claims: Sequence[Claim]) -> str:
@@ -46,6 +54,7 @@ def verified(claims: Sequence[Claim]) -> str:
     wrong = ", ".join(claim.name for claim in claims if claim.verdict == "refuted")
     ends = f", {open_} inconclusive" if open_ else ""
     ends += f"; REFUTED, which is a bug or a wrong assumption: {wrong}" if wrong else ""
+    ends += _together(claims) if sound == len(claims) > 1 else ""
     return f"Verification of the program: {sound} of {len(claims)} as predicted{ends}."
 
 
@@ -93,7 +102,7 @@ class Section:
     def title(self) -> str:
         """Experiment, kind of run, and day."""
         kind = "quick run" if self.record.quick else "full run"
-        return f"{self.record.experiment}: {kind} of {self.record.made[:10]}"
+        return f"{self.record.subject}: {kind} of {self.record.made[:10]}"
 
     @property
     def answer(self) -> str:
@@ -137,7 +146,8 @@ def run_command(record: Record) -> str:
     """Write the command that measures a record's topics again."""
     topics = dict.fromkeys(str(p.case.get("topic", record.experiment)) for p in record.points)
     quick = " --quick" if record.quick else ""
-    return f"lodbench run {shlex.join(topics) or record.experiment}{quick}"
+    own = f" --preset {shlex.quote(str(record.notes[PRESET]))}" if PRESET in record.notes else ""
+    return f"lodbench run {shlex.join(topics) or record.experiment}{own}{quick}"
 
 
 def _provenance_rows(record: Record) -> list[tuple[str, str]]:
@@ -162,7 +172,7 @@ def _provenance_rows(record: Record) -> list[tuple[str, str]]:
     return rows + [(key.replace("_", " "), _note_text(value)) for key, value in notes]
 
 
-_UNSAID = (NOTE, PROBE, CASES)
+_UNSAID = (NOTE, PROBE, CASES, PRESET_TEXT)
 """Notes that are no text."""
 
 

@@ -18,7 +18,7 @@ How many fields does a case need, for every mean to be known well enough?
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -55,6 +55,11 @@ class Estimate:
     standard_error: float
     scale: float
     rows: int
+
+    def __mul__(self, by: float) -> "Estimate":
+        """Return the estimate of a positive multiple of the number."""
+        ends = {k: by * getattr(self, k) for k in ("value", "low", "high", "standard_error")}
+        return replace(self, **ends)
 
     def __format__(self, form: str) -> str:
         """Write the number and its interval, each in this form: ``0.98 (0.97 to 0.99)``."""
@@ -201,6 +206,20 @@ def two_sided_mean(values: Reals) -> Estimate:
     return student_interval(float(values.mean()), error, n - 1, n)
 
 
+def in_series(found: Estimate, values: Reals) -> Estimate:
+    """Widen the interval of an estimate whose n values, (n,), follow one another, as in a walk.
+
+    With a lag-1 autocorrelation ρ above 0 they tell as much as n(1 − ρ)/(1 + ρ) independent ones
+    (Bayley and Hammersley 1946); ρ is estimated too low by (1 + 3ρ)/n (Kendall 1954).
+    """
+    apart, of = values - values.mean(), len(values)
+    rho = float(apart[1:] @ apart[:-1]) / max(float(apart @ apart), 1e-300)
+    rho = max(rho + (1 + 3 * rho) / of, 0.0)
+    n = max(of * (1 - rho) / (1 + rho), 2.0)
+    error = found.standard_error * math.sqrt(of / n)
+    return student_interval(found.value, error, n - 1, round(n), found.scale)
+
+
 def one_sided_mean(values: Reals) -> Estimate:
     """Estimate the mean of n ≥ 2 values, (n,), with one-sided 95 % bounds (Student's t).
 
@@ -220,6 +239,20 @@ def two_sided_factor(values: Reals) -> Estimate:
     found = two_sided_mean(np.log(values))
     value, low, high = np.exp([found.value, found.low, found.high]).tolist()
     return Estimate(value, low, high, value * found.standard_error, 1.0, len(values))
+
+
+def holm(chances: Sequence[float], level: float) -> list[bool]:
+    """Say which of several tests reject at a level for all of them together (Holm 1979).
+
+    ``chances`` are their p-values; with that probability at most one of those that should not
+    reject does, whatever they have to do with each other.
+    """
+    rejects = [False] * len(chances)
+    for k, at in enumerate(np.argsort(chances, kind="stable")):
+        if chances[at] > level / (len(chances) - k):
+            break
+        rejects[at] = True
+    return rejects
 
 
 def fit_exponent(x: Reals, y: Reals) -> Estimate:

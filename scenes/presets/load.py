@@ -290,11 +290,13 @@ def setting(text: str) -> Setting:
     return Setting(f"-D {key}", key, _toml_value(value))
 
 
-def load_preset(name_or_path: str, overrides: Sequence[str | Setting] = ()) -> Preset:
-    """Load the preset of that name, or in that .toml file, with -D settings over it.
+def load_preset(name_or_path: str | Preset, overrides: Sequence[str | Setting] = ()) -> Preset:
+    """Load the preset of that name, or in that .toml file, with -D settings over it; or take one.
 
     Raises InputError, in one line, for anything a user can get wrong.
     """
+    if isinstance(name_or_path, Preset):
+        return preset_from(name_or_path.model_dump(mode="json"), overrides)
     source, text = _find(name_or_path)
     is_file = source == name_or_path
     folder = Path(source).parent if is_file else Path()

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.shell_completion import CompletionItem
 
-from bench.cli.flags import StrictCommand, memory_flag_of_all, value_option
+from bench.cli.flags import StrictCommand, complete_preset, memory_flag_of_all, value_option
 from bench.cli.output import Output, duration_text, progress_bar, table
 from bench.runs import CaseExecutor, dask_executor
 from lod.errors import InputError
@@ -19,6 +19,7 @@ from scenes.presets.values import LARGEST_SEED
 from scenes.processes.ownership import owned
 
 if TYPE_CHECKING:
+    from bench.experiment import Own
     from bench.records.claims import Claim
     from bench.runs import Journal, RunRequest
 
@@ -39,6 +40,12 @@ def _complete(_: click.Context, __: click.Parameter, begun: str) -> list[Complet
 @value_option("--metric", metavar="NAME", help="An installed metric beside the built-in ones.")
 @click.option("--stems", metavar="FILE", help="A CSV of stems for spread and budget: x,y in m.")
 @click.option(
+    "--preset",
+    metavar="PRESET",
+    shell_complete=complete_preset,
+    help="A preset of your own, to be tried in place of our worlds.",
+)
+@click.option(
     "--cluster", metavar="N|ADDRESS|FILE", help="Workers to start here, or a Dask scheduler."
 )
 @click.option("--command", "words", metavar="WORDS", help="A program's call: {scene} {exr} {knob}.")
@@ -58,6 +65,7 @@ def command(
     again: bool,
     metric: str | None,
     stems: str | None,
+    preset: str | None,
     cluster: str | None,
     words: str | None,
     out: Output,
@@ -74,7 +82,8 @@ def command(
     if words is not None:
         _run_program(experiments, words, folder, out, **of_program)
         return
-    asked = _asked(experiments, cluster, quick, seed, metric, stems)
+    own: dict[Own, Any] = {"metric": metric, "stems": stems, "preset": preset}
+    asked = _asked(experiments, cluster, quick, seed, own)
     place = make_folder(folder)
     with owned(place, uuid.uuid4().hex, "measures there", out.note):
         kept = journal(place)
@@ -123,12 +132,7 @@ def _run_program(
 
 
 def _asked(
-    named: tuple[str, ...],
-    cluster: str | None,
-    quick: bool,
-    seed: int,
-    metric: str | None,
-    stems: str | None,
+    named: tuple[str, ...], cluster: str | None, quick: bool, seed: int, given: dict["Own", Any]
 ) -> list["RunRequest"]:
     """Check what is asked for; experiments that are timed stay on this machine."""
     from bench.experiment import ALL, experiments, topics_named
@@ -137,45 +141,45 @@ def _asked(
     every = experiments()
     if not named:
         raise InputError("EXPERIMENT", named, "at least one, or all", f"try {next(iter(every))}")
-    chosen = topics_named(named, "EXPERIMENT")
+    chosen = {name: tuple(mine) for name, mine in topics_named(named, "EXPERIMENT").items()}
     for name in chosen:
         if cluster is not None and every[name].timed and ALL not in named:
             able = ", ".join(n for n, each in every.items() if not each.timed)
             raise InputError("--cluster", name, f"experiments without times: {able}", "leave it")
-    if metric is not None:
-        _check_metric(metric, tuple(chosen))
-    mapped = _check_stems(stems, tuple(chosen)) if stems is not None else None
-    return [
-        RunRequest(name, tuple(mine), quick, seed, metric, mapped)
-        for name, mine in chosen.items()
-        if mine
-    ]
+    for own in [own for own, value in given.items() if value is not None]:
+        able_to = [name for name, each in every.items() if each.accepting(own, each.topics)]
+        others = [name for name, mine in chosen.items() if not every[name].accepting(own, mine)]
+        if others and ALL not in named:
+            rule = f"experiments that try {own.rstrip('s')}s: {', '.join(able_to)}"
+            raise InputError(f"--{own}", ", ".join(others), rule, f"run {able_to[0]}")
+        given[own] = _read_own(own, given[own])
+        if own == "preset":  # what has worlds of its own alone is not asked
+            chosen = {name: every[name].accepting(own, mine) for name, mine in chosen.items()}
+    return [RunRequest(name, mine, quick, seed, **given) for name, mine in chosen.items() if mine]
 
 
-def _check_metric(metric: str, names: Sequence[str]) -> None:
-    from bench.experiment import experiments
-    from lod.metric import METRICS
-    from scenes.plugins import metric_by_name
+def _read_own(own: "Own", value: str) -> Any:
+    """Return a thing of a user's own as topics take it; what is wrong is said before a run."""
+    if own == "metric":
+        from lod.metric import METRICS
+        from scenes.plugins import metric_by_name
 
-    metric_by_name(metric)
-    if metric in METRICS:
-        raise InputError("--metric", metric, "one of another package", "ours are tried anyhow")
-    able = [name for name, each in experiments().items() if each.accepts_metric]
-    if others := [name for name in names if name not in able]:
-        rule = f"experiments that try metrics: {', '.join(able)}"
-        raise InputError("--metric", ", ".join(others), rule, f"run {able[0]}")
+        metric_by_name(value)
+        if value in METRICS:
+            raise InputError("--metric", value, "one of another package", "ours are tried anyhow")
+        return value
+    if own == "stems":
+        from scenes.field.patterns import read_stems
 
+        read_stems(Path(value))
+        return str(Path(value).resolve()), hashlib.sha256(Path(value).read_bytes()).hexdigest()
+    from scenes.presets.load import load_preset
 
-def _check_stems(stems: str, names: Sequence[str]) -> tuple[str, str]:
-    """Return the path of a map and its digest; what is wrong with it is said before a run."""
-    from bench.experiment import experiments
-    from scenes.field.patterns import read_stems
-
-    every = experiments()
-    if not any(topic.accepts_stems for n in names for topic in every[n].topics.values()):
-        raise InputError("--stems", ", ".join(names), "experiments on stems: spread", "run spread")
-    read_stems(Path(stems))
-    return str(Path(stems).resolve()), hashlib.sha256(Path(stems).read_bytes()).hexdigest()
+    preset = load_preset(value)
+    if not any(each.density > 0 for each in preset.species.values()):
+        rule = "a preset with species, whose counts have a law"
+        raise InputError("--preset", value, rule, "add a table [species.NAME] with a density")
+    return Path(value).name, preset
 
 
 def _run_all(
@@ -206,7 +210,8 @@ def _run_all(
         if number + 1 < len(left):
             expected += f"; {duration_text(pace * sum(expected_s[number:]))} for all that is left"
         out.note(f"lodbench: {each.name}, {len(done) + number + 1} of {len(asked)}: {expected}")
-        for topic in (experiments()[each.name].topics[name] for name in each.topics):
+        planned_topics = () if each.preset else each.topics
+        for topic in (experiments()[each.name].topics[name] for name in planned_topics):
             for line in topic.plan(**topic.sizes("quick" if each.quick else "full")):
                 out.note(f"  {line}")
         start = time.perf_counter()

@@ -130,6 +130,16 @@ CASES: list[tuple[tuple[str, ...], tuple[str, ...]]] = [
     (("run", "scaling"), ("'-o'",)),
     (("run", "-o", "out"), ("EXPERIMENT",)),
     (("run", "scaling", "--quick", "-o", "file/x"), ("-o", "'file/x'", "written")),
+    (("run", "law", "--preset", "none.toml", "-o", "out"), ("'none.toml'", "no such file")),
+    (("run", "law", "--preset", "misspelt.toml", "-o", "out"), ("misspelt.toml: camera.hieght",)),
+    (
+        ("run", "law", "--preset", "bare.toml", "-o", "out"),
+        ("--preset", "'bare.toml'", "species", "[species.NAME]"),
+    ),
+    (
+        ("run", "popping", "scaling", "--preset", "meadow", "-o", "out"),
+        ("--preset", "popping", "experiments that try presets: law, images, cost, methods"),
+    ),
     (("report", "none"), ("DIR", "'none'", "lodbench run")),
     (("report", "file"), ("DIR", "'file'")),
     (("report", "here"), ("'here'", "record")),
@@ -149,6 +159,7 @@ def litter(tmp_path: Path) -> None:
     key = "[[camera.keys]]\nframe = 5\nposition = [0, 0]\nheight = 2\ntarget = [0, 9, 2]\n"
     (tmp_path / "flight.toml").write_text(key + key)
     (tmp_path / "one_key.toml").write_text(key)
+    (tmp_path / "bare.toml").write_text("[camera]\nheight = 2\n")
     (tmp_path / "camra.toml").write_text("[camra]\nheight = 2\n")
     (tmp_path / "latin.toml").write_bytes(b"about = '\xe9'")
     (tmp_path / "spoilt").mkdir()

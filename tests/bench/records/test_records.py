@@ -19,6 +19,7 @@ from bench.records.records import (
     read_records,
     write_record,
 )
+from bench.report.document import summarise_verdicts, verified
 from bench.statistics.estimates import Estimate
 from lod.errors import InputError
 
@@ -106,6 +107,23 @@ def test_sentence_and_name_are_made_of_the_fields():
     assert made.name == "exponent_of_parts_against_tau/meadow/1_px"
     assert made.measured_text == "2.0000 (1.9900 to 2.0100)"
     assert a_claim(0.25, 0.3, at_least(0.1)).bound.__str__() == "≥ 0.1"
+
+
+@given(st.floats(0.01, 3), st.floats(0.1, 3), st.integers(2, 200))
+def test_a_claim_holds_where_its_chance_is_at_most_a_twentieth(half, margin, replicates):
+    made = a_claim(2 - half, 2 + half, within(2, margin), replicates=replicates)
+    assert (made.chance <= 0.05) == (made.verdict == "holds") or abs(half - margin) < 1e-9
+    wider = a_claim(2 - 2 * half, 2 + 2 * half, within(2, margin), replicates=replicates)
+    assert wider.chance > made.chance
+
+
+def test_all_hold_says_how_many_do_together():
+    sure, close = a_claim(1.999, 2.001, replicates=30), a_claim(1.981, 2.019, replicates=30)
+    together = "at 5 % for all of them together, by Holm's correction"
+    assert summarise_verdicts([sure] * 3) == f"Yes: all 3 claims hold (3 {together})."
+    assert summarise_verdicts([sure, close, close]).startswith("Yes: all 3 claims hold (1 ")
+    assert verified([sure, close]).endswith(f"2 of 2 as predicted (2 {together}).")
+    assert "together" not in summarise_verdicts([sure]) + verified([sure, a_claim(1.9, 2.1)])
 
 
 def test_a_verdict_is_never_read_back():
