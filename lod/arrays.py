@@ -44,7 +44,8 @@ class ArrayData:
     """
 
     def __post_init__(self) -> None:
-        freeze(self, **_array_fields(type(self)))
+        kind: Any = type(self)
+        freeze(self, **_array_fields(kind))
 
 
 @cache
