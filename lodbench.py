@@ -32,7 +32,7 @@ if _others := [
     raise ImportError(f"{_others[0]} hides a package of lodbench: rename it, or start elsewhere")
 
 from lod.errors import InputError
-from scenes.frame.frame_input import SKY_Z, Layers
+from scenes.frame.layers import SKY_Z, Layers
 from scenes.presets.load import Setting
 from scenes.presets.load import load_preset as _load_preset
 from scenes.presets.schema import Preset
@@ -188,7 +188,7 @@ def render(
     from scenes.files import checked_frames
     from scenes.render.budget import within_budget
     from scenes.render.exr.header import frame_settings
-    from scenes.render.render_files import FrameSession
+    from scenes.render.frame_session import FrameSession
     from scenes.render.variants import choose
 
     (number,) = checked_frames((frame,), "frame")

@@ -193,7 +193,7 @@ def _species(
 
 
 if TYPE_CHECKING:
-    from scenes.frame.frame_input import Layers
+    from scenes.frame.layers import Layers
 
 _ARCSECOND = math.radians(1 / 3600)
 

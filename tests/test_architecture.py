@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from bench.cli.main import main
-from scenes.render import render_files
-from scenes.render.render_files import FrameSession
+from scenes.render import render_files, worker
+from scenes.render.frame_session import FrameSession
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGE = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
@@ -25,7 +25,7 @@ PLAIN_DATA = {"Settings", "Description"}
 MOST_STEPS, MOST_SHAPES = 10, 16
 
 
-class InThisProcess(render_files.Worker):
+class InThisProcess(worker.Worker):
     """Stands in for the process that renders: settings come as JSON, as they do there."""
 
     def __init__(self, *arguments):

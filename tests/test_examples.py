@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from scenes.frame.frame_input import SKY_Z, Layers
+from scenes.frame.layers import SKY_Z, Layers
 from scenes.render.exr.layer_file import write_exr
 
 ROOT = Path(__file__).parents[1]

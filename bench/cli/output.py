@@ -23,7 +23,7 @@ from scenes.processes.progress import followed_by
 from scenes.processes.streams import carry_failure, lenient_stream, stdout_to_stderr
 
 if TYPE_CHECKING:
-    from scenes.render.render_files import Making
+    from scenes.render.worker import Making
 
 
 @dataclass(frozen=True)

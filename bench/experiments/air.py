@@ -20,7 +20,8 @@ from bench.records.provenance import scene_digest
 from bench.records.records import Column, Point, Record, columns, grouped, where
 from bench.statistics.estimates import Estimate, two_sided_mean
 from lod.air import Air, rgb_extinction
-from scenes.frame.frame_input import SKY_Z, FrameInput, Quality
+from scenes.frame.frame_input import FrameInput, Quality
+from scenes.frame.layers import SKY_Z
 from scenes.presets.load import load_preset
 from scenes.render.pictures import auto_exposure
 from scenes.render.render import render_frame

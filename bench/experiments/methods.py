@@ -63,9 +63,9 @@ from bench.plots import Curve, Panel, Plot, figure, number_text
 from bench.records.claims import EXACT, Claim, at_most, claim, within
 from bench.records.records import Column, Key, Point, Record, grouped
 from bench.statistics.estimates import two_sided_factor
-from scenes.frame.frame_input import SKY_Z, Layers
+from scenes.frame.layers import SKY_Z, Layers
 from scenes.processes.memory_limit import memory_limit
-from scenes.render.budget import forecast, frame_bytes
+from scenes.render.memory import forecast, frame_bytes
 from scenes.render.pictures import auto_exposure, to_srgb
 from scenes.render.variants import choose
 from scenes.scene import Scene, frame_quality

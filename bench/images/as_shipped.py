@@ -29,7 +29,8 @@ from bench.images.differences import (
 )
 from bench.records.records import Column, Point, columns
 from bench.seeds import BUILDING_SEEDS, QUICK_SEED
-from scenes.frame.frame_input import SKY_Z, FrameInput
+from scenes.frame.frame_input import FrameInput
+from scenes.frame.layers import SKY_Z
 from scenes.presets.load import load_preset
 from scenes.presets.schema import Preset
 from scenes.render.budget import reference_preset

@@ -38,7 +38,8 @@ from lod.camera import Corner
 from lod.motion import eye_relative_to
 from lod.pruner import Representation, prune
 from lod.view import View
-from scenes.frame.frame_input import DisplayedRepresentation, FrameInput, Layers, display
+from scenes.frame.frame_input import DisplayedRepresentation, FrameInput, display
+from scenes.frame.layers import Layers
 from scenes.presets.load import load_preset
 from scenes.presets.schema import Preset
 from scenes.render.render import build_frame, move_camera, trace

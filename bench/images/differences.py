@@ -38,7 +38,8 @@ from bench.statistics.estimates import (
 )
 from lod.arrays import Reals, freeze
 from lod.errors import InputError
-from scenes.frame.frame_input import SKY_Z, FrameInput, Layers
+from scenes.frame.frame_input import FrameInput
+from scenes.frame.layers import SKY_Z, Layers
 from scenes.render.pictures import auto_exposure, to_srgb
 from scenes.render.render import build_frame, trace
 from scenes.sticks.prototype import LUMINANCE

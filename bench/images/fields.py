@@ -40,7 +40,8 @@ from lod.arrays import Points
 from lod.metric import METRICS, Metric
 from lod.pruner import prune
 from lod.view import View
-from scenes.frame.frame_input import SKY_Z, DisplayedRepresentation, FrameInput, display
+from scenes.frame.frame_input import DisplayedRepresentation, FrameInput, display
+from scenes.frame.layers import SKY_Z
 from scenes.ground.shading import AggregateCover, ResidualCover
 from scenes.models.catalogue import PROTOTYPE_SEED
 from scenes.plugins import metric_by_name

@@ -9,7 +9,8 @@ from bench.methods.known_methods import methods
 from bench.methods.method import Method
 from bench.records.records import Column, Point, columns
 from bench.seeds import first_seed
-from scenes.frame.frame_input import FrameInput, Layers
+from scenes.frame.frame_input import FrameInput
+from scenes.frame.layers import Layers
 from scenes.render.render import BuiltFrame, build_frame, move_camera, render_frame, trace
 from scenes.scene import Scene
 

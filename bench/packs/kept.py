@@ -16,7 +16,8 @@ from bench.packs.part_file import KEPT, KEPT_MAGIC, read_tables
 from lod.arrays import Ints, Reals
 from lod.errors import InputError
 from lod.pruner import BlendWeights, cross_fade, cut_from_parts, view_angles
-from scenes.frame.frame_input import DisplayedRepresentation, FrameInput, Layers
+from scenes.frame.frame_input import DisplayedRepresentation, FrameInput
+from scenes.frame.layers import Layers
 from scenes.render.render import build_frame, trace
 
 

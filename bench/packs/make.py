@@ -25,10 +25,10 @@ from lod.errors import InputError
 from scenes.files import make_folder, whole_file, write_text
 from scenes.processes.ownership import owned
 from scenes.render import variants
-from scenes.render.budget import preflight
 from scenes.render.description import FAR_M, NEAR_M
 from scenes.render.exr.header import software
 from scenes.render.exr.layer_file import write_channels
+from scenes.render.memory import preflight
 from scenes.render.render import BuiltFrame, build_frame, move_camera
 
 _HERE = Path(__file__).parent

@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 
 from bench.images.differences import BAND_EDGES_M, EPSILON, mean_flip
-from scenes.frame.frame_input import SKY_Z, Quality
+from scenes.frame.frame_input import Quality
+from scenes.frame.layers import SKY_Z
 from scenes.render.pictures import auto_exposure, to_srgb
 from scenes.render.render import BuiltFrame, trace
 from scenes.sticks.prototype import LUMINANCE

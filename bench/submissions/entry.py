@@ -34,7 +34,7 @@ from bench.submissions.score import (
 )
 from lod.errors import InputError
 from scenes.files import whole_file, write_text
-from scenes.frame.frame_input import SKY_Z
+from scenes.frame.layers import SKY_Z
 from scenes.render.exr.layer_file import read_pixels
 
 FORMAT = 1

@@ -38,7 +38,7 @@ from bench.submissions.diagnosis import (
     registration,
 )
 from lod.errors import InputError
-from scenes.frame.frame_input import SKY_Z
+from scenes.frame.layers import SKY_Z
 from scenes.render.exr.layer_file import read_pixels
 from scenes.render.pictures import auto_exposure, to_srgb
 from scenes.sticks.prototype import LUMINANCE

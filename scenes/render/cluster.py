@@ -27,8 +27,9 @@ from scenes.files import DiskError, partial_path, stray_partials
 from scenes.processes.streams import open_standard_streams, signals_held
 from scenes.render.exr.header import Record, Settings, software
 from scenes.render.exr.sequence import Job, commit_frame, failure, kept_record
-from scenes.render.render_files import MOST_TRIES, FrameSession, answer
+from scenes.render.frame_session import FrameSession
 from scenes.render.variants import trusting
+from scenes.render.worker import MOST_TRIES, answer
 
 _ANSWER_S = 8
 _WORKERS_S = 300
@@ -201,7 +202,7 @@ def frame_task(
 ) -> dict[str, Any]:
     """Render a frame beside where it will stand.
 
-    Gives {record, partial}, or {input} or {disk} as render_files.answer does; raises RuntimeError
+    Gives {record, partial}, or {input} or {disk} as worker.answer does; raises RuntimeError
     for anything else that goes wrong, for Dask to try again.
     """
     from distributed import get_worker

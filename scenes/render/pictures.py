@@ -30,7 +30,7 @@ from PIL.PngImagePlugin import PngInfo
 
 from lod.errors import InputError
 from scenes.files import whole_file
-from scenes.frame.frame_input import Layers
+from scenes.frame.layers import Layers
 from scenes.render.exr.header import software
 
 KEY = 0.18

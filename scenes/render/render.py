@@ -21,15 +21,13 @@ from lod.air import Air
 from lod.camera import Camera
 from lod.errors import InputError
 from scenes.frame.frame_input import (
-    Coverage,
     DisplayedRepresentation,
     FrameInput,
-    Layers,
     Quality,
     SampleWatch,
-    add_coverage,
     sampler_seed,
 )
+from scenes.frame.layers import Coverage, Layers, add_coverage
 from scenes.render import variants
 from scenes.render.description import MEDIUM, Description, describe_frame, with_camera
 from scenes.render.pictures import check_denoiser, denoise_layers

@@ -25,7 +25,8 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from scenes.frame.frame_input import SKY_Z, Coverage, Layers, Quality, Window, add_coverage
+from scenes.frame.frame_input import Quality, Window
+from scenes.frame.layers import SKY_Z, Coverage, Layers, add_coverage
 from scenes.render.build import GUIDES, BuiltScene, load_plugin
 from scenes.render.description import NEAR_M, Description
 from scenes.render.light import variant_bands

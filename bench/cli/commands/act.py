@@ -16,8 +16,8 @@ from lod.errors import InputError
 @click.option("-o", "folder", required=True, metavar="DIR", help="Folder of the frames to come.")
 def command(preset: str, folder: str, max_memory: int | None, out: Output, **flags: Any) -> None:
     """Act all frames once; `render` into the same folder replays them."""
-    from scenes.render.budget import preflight
-    from scenes.render.render_files import prepare_track, read_track, track_path
+    from scenes.render.frame_session import prepare_track, read_track, track_path
+    from scenes.render.memory import preflight
     from scenes.scene import Scene
 
     chosen = preset_from_flags(preset, **flags)

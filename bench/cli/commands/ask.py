@@ -21,7 +21,7 @@ def command(
 
     position and orientation are in the frame of the part's whole; where is in the scene.
     """
-    from scenes.render.budget import preflight
+    from scenes.render.memory import preflight
     from scenes.scene import Scene
     from scenes.world.cast import answer_at, plain
 

@@ -21,7 +21,8 @@ def command(preset: str, frame: int, out: Output, max_memory: int | None, **flag
     """Objects and parts of one frame: examined, displayed, predicted."""
     chosen = preset_from_flags(preset, **flags)
     from bench.frame_counts import Stopwatch, count
-    from scenes.render.budget import preflight, within_budget
+    from scenes.render.budget import within_budget
+    from scenes.render.memory import preflight
     from scenes.scene import Scene
 
     tell_first_run()

@@ -17,7 +17,8 @@ from lod.metric import METRICS
 from lod.pruner import Parts, cut_from_parts, prune
 from lod.view import View
 from scenes.field.species_field import Placed
-from scenes.frame.frame_input import FrameInput, Layers, Light, Quality, display
+from scenes.frame.frame_input import FrameInput, Light, Quality, display
+from scenes.frame.layers import Layers
 from scenes.ground.mesh import Terrain
 from scenes.render.pictures import PictureStyle, preview_pixels, save_sheet
 from scenes.render.render import render_frame

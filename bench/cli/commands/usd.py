@@ -28,7 +28,8 @@ def command(
     **flags: Any,
 ) -> None:
     """Write a frame's cut and camera as USD: sticks as curves, the ground as a mesh."""
-    from scenes.render.budget import preflight, within_budget
+    from scenes.render.budget import within_budget
+    from scenes.render.memory import preflight
     from scenes.render.usd import check_usd, write_usd
     from scenes.render.variants import SCALAR_VARIANT
     from scenes.scene import Scene

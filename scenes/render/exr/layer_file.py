@@ -31,7 +31,7 @@ import numpy as np
 import OpenEXR
 
 from lod.errors import InputError
-from scenes.frame.frame_input import Layers, Mattes, add_coverage
+from scenes.frame.layers import Layers, Mattes, add_coverage
 from scenes.presets.schema import OutputPreset
 from scenes.processes.streams import stdout_to_stderr
 

@@ -10,7 +10,7 @@ import pytest
 from scenes.presets.load import load_preset
 from scenes.render.exr.header import frame_settings
 from scenes.render.exr.sequence import open_job, render_sequence
-from scenes.render.render_files import FrameSession
+from scenes.render.frame_session import FrameSession
 from tests.said import said
 
 TINY = """

@@ -12,7 +12,7 @@ from lod.errors import InputError
 from scenes import scene as scenes_scene
 from scenes.processes import memory_limit
 from scenes.render import render as stages
-from scenes.render.budget import preflight
+from scenes.render.memory import preflight
 from scenes.scene import Scene
 from scenes.world import cast
 from tests.said import said
@@ -142,14 +142,14 @@ def test_a_repair_estimates_the_actors_of_its_frames(
     """In the process that renders, by the settings on record."""
     from scenes import scene
     from scenes.presets.load import load_preset
-    from scenes.render import render_files
+    from scenes.render import frame_session
     from scenes.render.exr.header import frame_settings
 
     (tmp_path / "throng.toml").write_text(THRONG)
     monkeypatch.setattr(scene, "build_world", began)
-    monkeypatch.setattr(render_files, "replayed", began)
+    monkeypatch.setattr(frame_session, "replayed", began)
     chosen = load_preset("throng.toml", [OVER["frames"][1], OVER["frames"][3]])
-    session = render_files.FrameSession(frame_settings(chosen, "scalar_rgb", "0" * 64))
+    session = frame_session.FrameSession(frame_settings(chosen, "scalar_rgb", "0" * 64))
     with pytest.raises(InputError, match="21 actors in 1,000,001 frames need about"):
         session.preflight([1], tmp_path)
     with pytest.raises(InputError, match="21 actors in 1,000,001 frames need about"):
@@ -167,7 +167,7 @@ def test_usual_casts_fit(run: Run) -> None:
 @pytest.mark.parametrize(
     "words",
     [
-        ("run", "settings", "--quick", "-o", "out", "--max-memory", "200MB"),
+        ("run", "tracing", "--quick", "-o", "out", "--max-memory", "200MB"),
     ],
     ids=" ".join,
 )

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from bench.cli.main import main
-from scenes.render import render_files as worker_module
+from scenes.render import worker as worker_module
 
 CHILD = """
 import os
@@ -18,9 +18,9 @@ import signal
 import numpy as np
 
 from scenes.render.exr.layer_file import write_exr
-from scenes.frame.frame_input import Layers
+from scenes.frame.layers import Layers
 from scenes.render.exr.header import settings_attributes
-from scenes.render.render_files import serve
+from scenes.render.worker import serve
 
 
 class Session:

@@ -373,7 +373,7 @@ def models(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def frame(tmp_path_factory: pytest.TempPathFactory) -> bytes:
     """One small frame, as it is written."""
     from scenes.render.exr.header import frame_settings
-    from scenes.render.render_files import FrameSession
+    from scenes.render.frame_session import FrameSession
 
     small = ['render.size="8x8"', "render.spp=1", "view.detail=50"]
     path = tmp_path_factory.mktemp("frame") / "a.0001.exr"

@@ -19,7 +19,7 @@ from bench.records.records import Column, Point, columns, merge_points
 from bench.seeds import BUILDING_SEEDS, JUDGED_SEED
 from lod.errors import InputError
 from lod.shapes import Sticks, SticksAndTriangles
-from scenes.frame.frame_input import SKY_Z
+from scenes.frame.layers import SKY_Z
 from scenes.presets.load import load_preset, preset_names
 from scenes.render.variants import choose
 from scenes.scene import Scene

@@ -28,7 +28,7 @@ from lod.air import rgb_extinction
 from lod.metric import METRICS
 from lod.pruner import prune
 from lod.view import in_view
-from scenes.frame.frame_input import Layers
+from scenes.frame.layers import Layers
 from scenes.presets.load import load_preset
 from scenes.scene import Scene
 from scenes.sticks.prototype import LUMINANCE

@@ -39,7 +39,7 @@ from bench.images.fields import (
 )
 from bench.records.records import Column, Point, columns, merge_points
 from bench.seeds import BUILDING_SEEDS
-from scenes.frame.frame_input import Layers
+from scenes.frame.layers import Layers
 from scenes.models.catalogue import PROTOTYPE_SEED
 from scenes.presets.load import load_preset
 

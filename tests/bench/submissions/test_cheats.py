@@ -8,7 +8,7 @@ from scipy.ndimage import gaussian_filter, median_filter
 
 from bench.submissions.diagnosis import enlarged, halved, moved
 from bench.submissions.score import LEAST_KEPT, WITHIN, judge_picture
-from scenes.frame.frame_input import SKY_Z
+from scenes.frame.layers import SKY_Z
 from scenes.render.pictures import to_srgb
 from tests.bench.submissions import worlds
 

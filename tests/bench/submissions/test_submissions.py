@@ -16,7 +16,7 @@ from bench.submissions.executable import NAMES, execute, without_references, wor
 from bench.submissions.score import Target, Timed, judge_picture, score
 from bench.submissions.site import HEADS, as_csv, as_html, table_rows, write_site
 from lod.errors import InputError
-from scenes.frame.frame_input import SKY_Z
+from scenes.frame.layers import SKY_Z
 from scenes.render.pictures import auto_exposure
 
 SIZE = 48, 80

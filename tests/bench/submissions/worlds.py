@@ -9,7 +9,8 @@ from bench.packs.content import settings_of
 from bench.submissions.mistakes import camera_of, content_of, rendered_mistakes
 from bench.submissions.score import Target
 from lod.pruner import prune
-from scenes.frame.frame_input import SKY_Z, display
+from scenes.frame.frame_input import display
+from scenes.frame.layers import SKY_Z
 from scenes.render.render import build_frame, trace
 
 EDGES_M = 0.0, 20.0, 60.0, 200.0

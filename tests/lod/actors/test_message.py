@@ -6,7 +6,7 @@ import pytest
 from lod.actors.object_with_parts import Answer, Refusal, Refused, nearest_route, parse_route
 from lod.errors import InputError
 
-MODULES = ("quaternion", "message", "object_with_parts")
+MODULES = ("actor", "object_with_parts")
 
 
 @pytest.mark.parametrize("module", MODULES)

@@ -217,9 +217,9 @@ def test_who_has_left_answers_nothing_of_its_limbs():
     assert joe.receive(ask("head", "position")) == Refusal("joe", "has left")
 
 
-@pytest.mark.parametrize("module", ["behaviour", "say"])
+@pytest.mark.parametrize("module", ["actors.acting", "world.cast"])
 def test_the_examples_in_the_docstrings_run(module):
-    outcome = doctest.testmod(importlib.import_module(f"scenes.actors.{module}"))
+    outcome = doctest.testmod(importlib.import_module(f"scenes.{module}"))
     assert outcome.attempted > 0
     assert outcome.failed == 0
 

@@ -4,7 +4,7 @@ import pytest
 
 from lod.pruner import blend_weights, prune
 from scenes.presets.load import load_preset
-from scenes.render.budget import forecast_field
+from scenes.render.memory import forecast_field
 from scenes.scene import Scene
 
 CASES = [

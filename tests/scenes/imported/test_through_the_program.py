@@ -19,7 +19,7 @@ from scenes.presets.load import load_preset
 from scenes.render.exr.header import frame_settings
 from scenes.render.exr.layer_file import read_exr
 from scenes.render.exr.sequence import read_whole
-from scenes.render.render_files import FrameSession
+from scenes.render.frame_session import FrameSession
 from scenes.render.variants import choose
 from tests.said import said
 from tests.scenes.imported.sample_models import lamp_tree, mill

@@ -15,7 +15,7 @@ import pytest
 
 from lod.errors import InputError
 from scenes.files import partial_path
-from scenes.frame.frame_input import Layers
+from scenes.frame.layers import Layers
 from scenes.presets.load import load_preset
 from scenes.render import cluster as dask_cluster
 from scenes.render.cluster import (
@@ -28,7 +28,7 @@ from scenes.render.cluster import (
 from scenes.render.exr.header import frame_settings
 from scenes.render.exr.layer_file import write_exr
 from scenes.render.exr.sequence import open_job, render_sequence
-from scenes.render.render_files import FrameSession
+from scenes.render.frame_session import FrameSession
 
 pytest.importorskip("distributed")
 cloudpickle.register_pickle_by_value(sys.modules[__name__])

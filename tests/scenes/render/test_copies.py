@@ -21,7 +21,7 @@ from scenes.frame.frame_input import (
 )
 from scenes.presets.load import load_preset
 from scenes.render import variants
-from scenes.render.budget import forecast
+from scenes.render.memory import forecast
 from scenes.render.render import render_frame
 from scenes.scene import Scene
 from tests.scenes.field.brute_force import Waves

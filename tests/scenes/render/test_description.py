@@ -9,7 +9,8 @@ import pytest
 from lod.air import CLEAR, Air
 from lod.errors import InputError
 from lod.shapes import Sticks
-from scenes.frame.frame_input import SKY_Z, FrameInput, Quality, sampler_seed
+from scenes.frame.frame_input import FrameInput, Quality, sampler_seed
+from scenes.frame.layers import SKY_Z
 from scenes.render import variants
 from scenes.render.description import PlacedSticks, batches, chains, describe_frame
 from scenes.render.render import render_frame

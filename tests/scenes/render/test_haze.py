@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from lod.air import Air
-from scenes.frame.frame_input import SKY_Z, FrameInput, Light
+from scenes.frame.frame_input import FrameInput, Light
+from scenes.frame.layers import SKY_Z
 from scenes.render import variants
 from scenes.render.light import (
     Direction,

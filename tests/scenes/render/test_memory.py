@@ -11,15 +11,10 @@ from lod.shapes import Sticks, Triangles, batches_of
 from scenes.frame.frame_input import Quality
 from scenes.presets.load import load_preset
 from scenes.processes.memory_limit import free_bytes
-from scenes.render import render_files
-from scenes.render.budget import (
-    ExtraBuffers,
-    forecast,
-    frame_bytes,
-    predict_bytes,
-)
+from scenes.render import frame_session
 from scenes.render.exr.header import frame_settings
-from scenes.render.render_files import FrameSession
+from scenes.render.frame_session import FrameSession
+from scenes.render.memory import ExtraBuffers, forecast, frame_bytes, predict_bytes
 from scenes.scene import Scene
 
 SIZE = 640, 360
@@ -118,7 +113,7 @@ def test_an_estimate_of_a_frame_is_what_its_input_needs():
 
 def test_a_session_estimates_each_frame_once_and_renders_none(tmp_path, monkeypatch):
     preset, asked = load_preset("zoo", ['render.size="64x36"']), []
-    monkeypatch.setattr(render_files, "preflight", lambda scene, new, *of: asked.append(new))
+    monkeypatch.setattr(frame_session, "preflight", lambda scene, new, *of: asked.append(new))
     session = FrameSession(frame_settings(preset, "scalar_rgb"))
     for frames in ((1, 2), (2, 3), (3,)):
         assert session.preflight(frames, tmp_path, 16 * 10**9) == {}
@@ -133,7 +128,7 @@ from scenes.presets.load import load_preset
 from scenes.processes.memory_limit import peak_rss_bytes
 from scenes.render import memory
 from scenes.render.exr.header import frame_settings
-from scenes.render.render_files import FrameSession
+from scenes.render.frame_session import FrameSession
 from scenes.scene import Scene
 variant, name, *keys = sys.argv[2:]
 scene, variant = Scene(load_preset(name, keys)), None if variant == "count" else variant

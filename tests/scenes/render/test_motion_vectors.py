@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 from lod.camera import Corner, camera_from_heading
 from lod.pruner import blend_weights
-from scenes.frame.frame_input import SKY_Z, FrameInput
+from scenes.frame.frame_input import FrameInput
+from scenes.frame.layers import SKY_Z
 from scenes.presets.load import load_preset
 from scenes.render import variants
 from scenes.render.build import build_scene

@@ -9,7 +9,8 @@ import pytest
 from PIL import Image
 
 from lod.errors import InputError
-from scenes.frame.frame_input import FrameInput, Layers
+from scenes.frame.frame_input import FrameInput
+from scenes.frame.layers import Layers
 from scenes.presets.load import load_preset
 from scenes.render.exr.header import frame_settings, settings_attributes
 from scenes.render.exr.layer_file import write_exr

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from scenes.frame.frame_input import SKY_Z, Light
+from scenes.frame.frame_input import Light
+from scenes.frame.layers import SKY_Z
 
 
 def columns_of(layer, value):

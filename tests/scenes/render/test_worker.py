@@ -12,9 +12,9 @@ from pathlib import Path
 import pytest
 
 from lod.errors import InputError
-from scenes.render import render_files as worker_module
+from scenes.render import worker as worker_module
 from scenes.render.exr.sequence import FrameFailed, open_job
-from scenes.render.render_files import MOST_TRIES, Worker, render_left
+from scenes.render.worker import MOST_TRIES, Worker, render_left
 
 SETTINGS = {"render": {"variant": "scalar_rgb"}}
 
@@ -28,7 +28,7 @@ from pathlib import Path
 
 from lod.errors import InputError
 from scenes.processes.progress import tell, work
-from scenes.render.render_files import serve
+from scenes.render.worker import serve
 
 
 class Session:
@@ -202,7 +202,7 @@ HEAVY = ("mitsuba", "drjit", "numba", "OpenEXR", "scipy", "colour")
 CODE = f"""
 import sys
 import bench.cli.commands.render, bench.cli.output
-import scenes.render.exr.sequence, scenes.render.render_files
+import scenes.render.exr.sequence, scenes.render.worker
 import scenes.render.variants
 print(*[name for name in {HEAVY} if name in sys.modules])
 """

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from lod.camera import Corner, camera_from_heading
 from lod.errors import InputError
-from scenes.frame.frame_input import Layers
+from scenes.frame.layers import Layers
 from scenes.presets.load import load_preset, preset_from, preset_names
 from scenes.presets.schema import OutputPreset
 from scenes.render.exr import layer_file as exr

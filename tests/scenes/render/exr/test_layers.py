@@ -15,7 +15,7 @@ import pytest
 from lod.air import Air
 from lod.camera import Corner, camera_from_heading
 from lod.errors import InputError
-from scenes.frame.frame_input import SKY_Z, Layers, add_coverage
+from scenes.frame.layers import SKY_Z, Layers, add_coverage
 from scenes.presets.schema import OutputPreset
 from scenes.render import variants
 from scenes.render.exr import layer_file as exr

@@ -18,7 +18,7 @@ import OpenImageIO as oiio
 import pytest
 
 from lod.camera import Corner, camera_from_heading
-from scenes.frame.frame_input import SKY_Z, Layers
+from scenes.frame.layers import SKY_Z, Layers
 from scenes.presets.schema import OutputPreset
 from scenes.render.exr.header import frame_header
 from scenes.render.exr.layer_file import write_exr

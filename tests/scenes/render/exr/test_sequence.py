@@ -9,7 +9,7 @@ import pytest
 
 from lod.errors import InputError
 from scenes.files import DiskError
-from scenes.frame.frame_input import Layers
+from scenes.frame.layers import Layers
 from scenes.presets.load import preset_from
 from scenes.render.exr.header import frame_settings, settings_attributes
 from scenes.render.exr.layer_file import read_exr, write_exr

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from lod.errors import InputError
-from scenes.frame.frame_input import Layers
+from scenes.frame.layers import Layers
 from scenes.presets.load import preset_from
 from scenes.render.exr.header import frame_settings, settings_attributes
 from scenes.render.exr.layer_file import write_exr
