@@ -30,11 +30,12 @@ import numpy as np
 from lod.errors import InputError
 from lod.law import spread_nodes
 from lod.pruner import Cut, prune
+from lod.shapes import Instanced, Sticks, Triangles, batches_of
 from lod.view import View, compile_view
 from scenes.field.cells import cell_in_reach, search_spans
 from scenes.field.part_tables import PLAIN
 from scenes.field.species_field import SpeciesField
-from scenes.frame.frame_input import Quality, is_still_whole
+from scenes.frame.frame_input import FrameInput, Quality, is_still_whole
 from scenes.ground.mesh import QUADS
 from scenes.models.catalogue import model_prototypes
 from scenes.presets.load import has_acting
@@ -336,3 +337,35 @@ def frame_bytes(found: Forecast, preset: Preset, variant: str | None) -> int:
     shapes, quality = (round(found.sticks), round(found.triangles)), frame_quality(preset, variant)
     drawn = predict_bytes(*shapes, preset.render.size, quality, extra, round(found.copies))
     return drawn + round(_OBJECT * found.objects + _PRUNED_PART * found.parts)
+
+
+def check_memory(frame_input: FrameInput, most: int | None = None) -> None:
+    """Raise InputError where a picture of this input needs more memory than it may."""
+    limit, needed = memory_limit(most), predicted_bytes(frame_input)
+    if limit.bytes is not None and needed > limit.bytes:
+        counts = "{:,} sticks and {:,} triangles".format(*count_shapes(frame_input))
+        raise _refusal(limit, f"the picture, with {counts},", needed)
+
+
+def predicted_bytes(frame_input: FrameInput) -> int:
+    """Predict the bytes that a frame will need, from its input."""
+    camera = frame_input.camera
+    after, subframes = frame_input.after, frame_input.subframes
+    extra = ExtraBuffers(after is not None, frame_input.denoise, bool(subframes))
+    size = camera.width, camera.height
+    shapes = [each.shape for each in frame_input.displayed]
+    copies = sum(len(each.which) for each in shapes if isinstance(each, Instanced))
+    return predict_bytes(*count_shapes(frame_input), size, frame_input.quality, extra, copies)
+
+
+def count_shapes(frame_input: FrameInput) -> tuple[int, int]:
+    """Count the sticks and triangles of a frame; of copies, those of their models."""
+    shapes = [shape for each in frame_input.displayed for shape in batches_of(each.shape)]
+    sticks = sum(len(shape) for shape in shapes if isinstance(shape, Sticks))
+    return sticks, sum(len(shape) for shape in shapes if isinstance(shape, Triangles))
+
+
+def _refusal(limit: MemoryLimit, what: str, needed: int, budget: str = "") -> InputError:
+    cure = f"ask for less detail{budget}, density or size, or --max-memory 0 to try it all the same"
+    rule = f"{what} needs about {size_text(needed)}"
+    return InputError("--max-memory", limit.told, rule, cure)

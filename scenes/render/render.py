@@ -30,6 +30,7 @@ from scenes.frame.frame_input import (
 from scenes.frame.layers import Coverage, Layers, add_coverage
 from scenes.render import variants
 from scenes.render.description import MEDIUM, Description, describe_frame, with_camera
+from scenes.render.memory import check_memory
 from scenes.render.pictures import check_denoiser, denoise_layers
 
 
@@ -55,13 +56,21 @@ class BuiltFrame:
     seconds: dict[str, float]
 
 
-def build_frame(frame_input: FrameInput, description: Description | None = None) -> BuiltFrame:
+def build_frame(
+    frame_input: FrameInput,
+    description: Description | None = None,
+    most_bytes: int | None = None,
+) -> BuiltFrame:
     """Describe and build a frame; it may be traced with other seeds and samples per pixel.
 
-    description  of the frame, where the caller made it: its arrays are taken over
+    description  of the frame, where the caller made it and has seen to its memory: its arrays are
+                 taken over
+    Raises InputError where it is estimated to need more memory than ``most_bytes`` allow, as of
+    ``memory_limit``.
     """
     start, seconds = time.perf_counter(), {}
     if description is None:
+        check_memory(frame_input, most_bytes)
         description = describe_frame(frame_input)
         seconds["describe"] = time.perf_counter() - start
     start, quality, light = time.perf_counter(), frame_input.quality, description["light"]
@@ -149,7 +158,7 @@ def render_subframes(
             built = move_camera(built, now.camera, now.air, now.after)
         else:
             built = None  # freed first: a JIT variant would count its shapes, too
-            built, displayed = build_frame(now), now.displayed
+            built, displayed = build_frame(now, most_bytes=0), now.displayed
         share = quality.spp // n + (number < quality.spp % n)
         seed = sampler_seed(quality.seed, frame, number)
         layers = trace(built, replace(quality, spp=share, seed=seed), frame, watch)
@@ -180,8 +189,9 @@ def render_frame(
 
     description  the frame's description, where the caller made it in order to free
                  ``frame_input.displayed`` before the scene is built; its arrays are taken over, so
-                 that it cannot be used again. None: it is made here
-    Raises InputError for numbers that the renderer would accept silently (NaN, albedo above 1).
+                 that it cannot be used again, and who has seen to its memory. None: it is made here
+    Raises InputError for numbers that the renderer would accept silently (NaN, albedo above 1), and
+    for what is estimated to need more memory than it may.
     """
     if frame_input.denoise:
         check_denoiser()

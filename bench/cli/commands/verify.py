@@ -10,7 +10,8 @@ from bench.cli.flags import StrictCommand, frame_numbers, memory_flag
 from bench.cli.output import Output, frame_progress, progress_bar
 
 if TYPE_CHECKING:
-    from scenes.render.exr.sequence import Checked, Job
+    from scenes.render.exr.sequence import Job
+    from scenes.render.exr.verify import Checked
     from scenes.render.render_files import Workers
 
 
@@ -51,7 +52,7 @@ def command(
 
 def _check(out: Output, folder: Path, frames: Sequence[int] | None) -> tuple[int, list["Checked"]]:
     """Check a folder, print what is wrong as it is found; give the number of frames and that."""
-    from scenes.render.exr.sequence import check_folder
+    from scenes.render.exr.verify import check_folder
 
     wrong, count = [], 0
     files = sum(1 for _ in folder.glob("*.exr"))
@@ -68,7 +69,7 @@ def _check(out: Output, folder: Path, frames: Sequence[int] | None) -> tuple[int
 def _repair(
     out: Output, folder: Path, wrong: list["Checked"], workers: "Workers"
 ) -> list["Checked"]:
-    from scenes.render.exr.sequence import repairs
+    from scenes.render.exr.verify import repairs
     from scenes.render.render_files import render_job
 
     left = []
