@@ -225,7 +225,7 @@ def peaks(folder, frames):
     settings = "render.size=16x9", "render.spp=1", "view.detail=8"
     scene, found = Scene(load_preset("meadow", settings)), []
     for frame in range(1, frames + 1):
-        write_exr(folder / "frame.exr", scene.render(frame, choose()), {})
+        write_exr(folder / f"{frame}.exr", scene.render(frame, choose()), {})
         found.append(peak_rss_bytes())
     return found
 

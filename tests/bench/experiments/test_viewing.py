@@ -202,11 +202,8 @@ def test_a_fast_pan_looks_as_it_did_and_one_cut_coarsely_does_not(monkeypatch):
     all there is.
     """
     monkeypatch.setattr(motion_cuts, "SUBFRAMES", 4)
-    cuts = "motion", "planted"
     points = merge_points(
-        point
-        for pair in range(LEAST_PAIRS)
-        for point in measure_pictures(FAST, pair, cuts, choose(), 16, 0)
+        point for pair in range(LEAST_PAIRS) for point in measure_pictures(pair, choose(), 16, 0)
     )
     found = {point.case["cut"]: one_sided_excess_flip(point) for point in points}
     assert found["motion"].high < 0.01 < found["planted"].low
