@@ -31,7 +31,7 @@ NOT_RUN = {
     "README.md": "make, which CI runs itself",
     "docs/first-steps.md": "make, which CI runs itself",
     "docs/extend.md": "copies into the package; tests of species and animals write their own",
-    "docs/experiments.md": "R, which tests do not install",
+    "docs/experiments.md": "R, which tests do not install; tests/bench/test_own_preset.py",
     "docs/submit.md": "takes hours, or a renderer; test_compare_runs.py, tests/bench/submissions",
     "docs/exr.md": "oiiotool, which a test of its own runs",
     "docs/observers.md": "renders for an hour; tests/bench/observers makes smaller experiments",
