@@ -231,6 +231,6 @@ def test_two_sequences_of_a_folder_are_repaired_each_by_itself(tmp_path, rendere
 
 def test_another_version_renders_nothing(frames, tmp_path, renderer, monkeypatch):
     frames()[2].unlink()
-    monkeypatch.setattr("scenes.render.exr.sequence.software", lambda: "lodbench 99")
+    monkeypatch.setattr("scenes.render.exr.verify.software", lambda: "lodbench 99")
     (left,) = mend(tmp_path, renderer)
     assert "lodbench 99 would make another" in left.wrong[-1] and renderer.asked == []
