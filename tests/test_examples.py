@@ -58,11 +58,13 @@ def Xform "oak" {
         int[] faceVertexCounts = [3, 3, 3, 3]
         int[] faceVertexIndices = [0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3]
         point3f[] points = [(0, 0, 0), (200, 0, 0), (0, 0, 200), (0, 300, 0)]
+        color3f[] primvars:displayColor = [(0.2, 0.35, 0.1)]
     }
     def Mesh "trunk" {
         int[] faceVertexCounts = [3, 3, 3, 3]
         int[] faceVertexIndices = [0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3]
         point3f[] points = [(0, 0, 0), (40, 0, 0), (0, 0, 40), (0, 200, 0)]
+        color3f[] primvars:displayColor = [(0.3, 0.2, 0.1)]
     }
 }
 """  # the model of a reader
