@@ -409,19 +409,21 @@ EXPERIMENT = Experiment(
         ),
         "tracing": Topic(
             about="seconds of a frame's rays by our integrator, Mitsuba's, and intersections alone",
-            cases=lambda presets, sizes, pairs: [
-                partial(measure_tracing, preset, size, pairs)
+            cases=lambda presets, sizes, fields, unseen: [
+                partial(measure_tracing, preset, size, field, unseen)
                 for preset in presets
                 for size in sizes
+                for field in range(fields)
             ],
             claims=tracing_claims,
             tables=tracing_tables,
             full={
                 "presets": ["meadow", "crowd", "forest", "mountain"],
                 "sizes": ["640x360", "1280x720"],
-                "pairs": 8,
+                "fields": 8,
+                "unseen": True,
             },
-            quick={"presets": ["crowd"], "sizes": ["64x36"], "pairs": 2},
+            quick={"presets": ["crowd"], "sizes": ["64x36"], "fields": 2, "unseen": False},
             seconds=(5400.0, 30.0),
             apart=True,
         ),

@@ -15,7 +15,7 @@ import numpy as np
 
 from bench.experiment import Progress
 from bench.images.differences import BAND_EDGES_M
-from bench.packs import part_file, pbrt, usd
+from bench.packs import part_file, pbrt, usd_scene
 from bench.packs.content import WALK_FRAMES, WALK_SIZE, Content, load_content, settings_of
 from bench.packs.reference import render_reference
 from bench.templates import filled
@@ -140,8 +140,8 @@ def _files(content: Content, light: dict[str, Any], plain: dict[str, Any]) -> It
     yield exr("sky/equalarea.exr", lambda: _sky(sky, _equal_area))
     yield exr("sky/airlight.exr", lambda: _airlight(sky))
     yield exr(pbrt.ATLAS, lambda: pbrt.ground_atlas(content.ground), np.float16)
-    yield "geometry.usdc", _whole(lambda path: usd.write_geometry(path, content))
-    yield "scene.usda", _whole(lambda path: usd.write_scene(path, content, light, notes))
+    yield "geometry.usdc", _whole(lambda path: usd_scene.write_geometry(path, content))
+    yield "scene.usda", _whole(lambda path: usd_scene.write_scene(path, content, light, notes))
     yield "geometry.pbrt.gz", _whole(lambda path: pbrt.write_geometry(path, content))
     cameras = {"still": content.made.camera}
     cameras |= {f"walk.{n:04d}": content.camera(n) for n in range(1, WALK_FRAMES + 1)}

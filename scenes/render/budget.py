@@ -1,35 +1,9 @@
-"""How much memory does a command need? One model, asked once, before its first frame.
+"""A budget of parts for a sequence: one detail for all frames, chosen before any.
 
-The model of a picture is linear, fitted to the most memory of twelve frames in fresh processes
-(relative least squares; 0 to 5.8 M sticks, 0.03 to 1.2 M triangles, 2·10³ to 2·10⁶ pixels, both
-drivers):
-
-    bytes = 336 MB + 277·sticks + 204·triangles + 176·pixels + s·samples at once,
-
-s = 187 under Dr.Jit, 355 in scalar variants. Where all sticks are one shape (Dr.Jit, in colours)
-and no shutter is open a stick takes 120 in the renderer, but 210 while it is posed: a wood of 34 M
-sticks held 7.4 GB. Wavelengths bring colour-science with them: sixteen bands add 232 MB, 705 bytes
-a pixel and, under Dr.Jit, 440 a sample at once; motion vectors 126 a stick (where its ends are
-next); a denoiser 500 a pixel, mattes 90; and under an open shutter the sticks of two instants are
-held at once. A copy of a model takes 20 kB, nearly all of it the renderer's own.
-
-Pruning alone, without a picture (``lodbench count``), takes
-
-    bytes = 380 MB + 24·parts + 150·objects examined + 50·triangles of the ground,
-
-fitted to six counts (0.15 to 119 M parts, 0.04 to 13 M objects, 0.4 to 3.7 GB: 0.97 to 1.17 times
-what they took). Parts and objects are held while a picture is made, and added to what that takes.
-
-How many objects, parts and sticks of a species a view will display is estimated before it is
-pruned. The law's integral of what an object displays over the ground is taken on the nodes of the
-law's own quadrature (``lod.law.spread_nodes``), by pruning the objects of the cells that they fall
-in. Its cost does not depend on how much there is to display.
-
-A budget of parts for a sequence gives one detail for all frames, chosen before any: every frame
-then stands alone, and detail does not jump. It is the finest at which a frame holds no more parts
-than the budget allows, after Funkhouser & Séquin, "Adaptive display algorithm for interactive frame
-rates" (SIGGRAPH '93): the cost is given, and the detail follows. By the law of §4.1 the number of
-parts falls about as τ⁻²: a few prunes find τ.
+Every frame then stands alone, and detail does not jump from frame to frame. It is the finest detail
+at which a frame holds no more parts than the budget allows, after Funkhouser & Séquin, "Adaptive
+display algorithm for interactive frame rates" (SIGGRAPH '93): the cost is given, and the detail
+follows. By the law of §4.1 the number of parts falls about as τ⁻²: a few prunes find τ.
 """
 
 import math

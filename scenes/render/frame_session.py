@@ -206,7 +206,8 @@ class FrameSession:
             taken += more
             watch(taken, samples)
 
-        layers = render_frame(frame_input, frame, count, description)
+        # Its memory was estimated before it was pruned.
+        layers = render_frame(frame_input, frame, count, description, most_bytes=0)
         if layers.coverage:
             layers = with_mattes(layers, {each.object: (each.name, each.of) for each in found})
         return replace(

@@ -19,6 +19,11 @@ Pruning alone, without a picture (``lodbench count``), takes
 
 fitted to six counts (0.15 to 119 M parts, 0.04 to 13 M objects, 0.4 to 3.7 GB: 0.97 to 1.17 times
 what they took). Parts and objects are held while a picture is made, and added to what that takes.
+
+How many objects, parts and sticks of a species a view will display is estimated before it is
+pruned. The law's integral of what an object displays over the ground is taken on the nodes of the
+law's own quadrature (``lod.law.spread_nodes``), by pruning the objects of the cells that they fall
+in. Its cost does not depend on how much there is to display.
 """
 
 import math

@@ -68,9 +68,10 @@ def build_frame(
     Raises InputError where it is estimated to need more memory than ``most_bytes`` allow, as of
     ``memory_limit``.
     """
-    start, seconds = time.perf_counter(), {}
     if description is None:
         check_memory(frame_input, most_bytes)
+    start, seconds = time.perf_counter(), {}
+    if description is None:
         description = describe_frame(frame_input)
         seconds["describe"] = time.perf_counter() - start
     start, quality, light = time.perf_counter(), frame_input.quality, description["light"]
@@ -184,12 +185,14 @@ def render_frame(
     frame: int = 0,
     watch: SampleWatch = ignore_samples,
     description: Description | None = None,
+    most_bytes: int | None = None,
 ) -> Layers:
     """Render ``frame``: same arguments, same bytes, within a variant and on any thread count.
 
     description  the frame's description, where the caller made it in order to free
                  ``frame_input.displayed`` before the scene is built; its arrays are taken over, so
                  that it cannot be used again, and who has seen to its memory. None: it is made here
+    most_bytes   that it may need, as of ``memory_limit``
     Raises InputError for numbers that the renderer would accept silently (NaN, albedo above 1), and
     for what is estimated to need more memory than it may.
     """
@@ -199,9 +202,10 @@ def render_frame(
     is_pair = bool(frame_input.camera.baseline_m)
     seen = [_seen_by(frame_input, eye) for eye in (0, 1)] if is_pair else [frame_input]
     if frame_input.subframes:
+        check_memory(frame_input, most_bytes)
         found = [render_subframes(each, frame, watch) for each in seen]
     else:
-        built = build_frame(frame_input, description)
+        built = build_frame(frame_input, description, most_bytes)
         found = []
         for each in seen:  # both eyes see one scene, built once
             now = move_camera(built, each.camera, air, each.after) if is_pair else built

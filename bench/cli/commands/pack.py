@@ -38,7 +38,7 @@ def make_command(
     from bench.packs.content import settings_of
     from bench.packs.make import Recipe, make_pack
     from scenes.presets.load import load_preset
-    from scenes.render.usd import check_usd
+    from scenes.render.usd_export import check_usd
 
     preset, settings = settings_of(name)
     chosen = load_preset(preset, (*settings, f"render.size={size}")).render.size

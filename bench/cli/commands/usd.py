@@ -30,7 +30,7 @@ def command(
     """Write a frame's cut and camera as USD: sticks as curves, the ground as a mesh."""
     from scenes.render.budget import within_budget
     from scenes.render.memory import preflight
-    from scenes.render.usd import check_usd, write_usd
+    from scenes.render.usd_export import check_usd, write_usd
     from scenes.render.variants import SCALAR_VARIANT
     from scenes.scene import Scene
 

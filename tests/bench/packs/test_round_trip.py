@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from pxr import UsdGeom
 
-from bench.packs import usd
+from bench.packs import usd_scene
 from bench.packs.content import Content
 from scenes.imported.imported_prototype import imported_prototype
 from scenes.imported.library import read_model
 from scenes.render.description import Copies
-from scenes.render.usd import set_mesh
+from scenes.render.usd_export import set_mesh
 
 
 def leaf(rng: np.random.Generator, triangles: int) -> dict:
@@ -35,10 +35,10 @@ def test_a_round_trip_keeps_counts_limits_and_colours(tmp_path: Path) -> None:
     content = object.__new__(Content)  # of which only what is there is drawn
     description = {"shapes": {"ground": ground}, "copies": copies}
     content.__dict__.update(description=description, levels=[[], []])
-    usd.write_geometry(tmp_path / "pack.usdc", content)
+    usd_scene.write_geometry(tmp_path / "pack.usdc", content)
 
     # The same, each copy a mesh of its own.
-    stage = usd._stage(str(tmp_path / "plain.usdc"))
+    stage = usd_scene._stage(str(tmp_path / "plain.usdc"))
     set_mesh(stage, "/pack/ground", ground)
     UsdGeom.Xform.Define(stage, "/pack/instances")
     for n, ((c, s), at, k) in enumerate(zip(turn, place, which.tolist(), strict=True)):

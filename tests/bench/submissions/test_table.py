@@ -1,16 +1,15 @@
 """Each record of the public table is whole, of a pack of today, and its score follows from it."""
 
 import json
+import re
 from pathlib import Path
 
-import jsonschema
 import pytest
 
 from bench.packs import make
 from bench.packs.content import settings_of
 from bench.submissions.entry import (
     BASELINE,
-    FORMAT,
     SUBMISSIONS,
     pack_digest,
     read_submission,
@@ -20,48 +19,6 @@ from bench.submissions.entry import (
 )
 from bench.submissions.score import Judged, plain
 from lod.errors import InputError
-
-
-def whole(**properties):
-    return {"type": "object", "properties": properties, "required": list(properties)}
-
-
-TEXT, COUNT, DIGEST = {"type": "string"}, {"type": "integer", "minimum": 0}, {"pattern": "^.{64}$"}
-KNOWN, NUMBER = {"type": "number", "minimum": 0}, {"type": ["number", "null"]}
-BAND = whole(name=TEXT, share=KNOWN, luminance=NUMBER, kept=NUMBER, coverage=NUMBER)
-PICTURE = whole(
-    void=TEXT,
-    cause=TEXT,
-    explains=KNOWN,
-    flip=NUMBER,
-    floor=KNOWN,
-    land=NUMBER,
-    coverage=NUMBER,
-    bands={"type": "array", "items": BAND},
-)
-STAGES = {"type": "object", "additionalProperties": KNOWN}
-RUN = whole(repeat=COUNT, seconds=KNOWN, cpu_seconds=KNOWN, peak_bytes=COUNT, stages=STAGES)
-SETTING = whole(
-    setting=KNOWN,
-    runs={"type": "array", "minItems": 1, "items": RUN},
-    pictures={"type": "object", "minProperties": 1, "additionalProperties": PICTURE},
-    sha256={"type": "object", "minProperties": 1, "additionalProperties": {**TEXT, **DIGEST}},
-)
-SCHEMA = whole(
-    format={"const": FORMAT},
-    what=TEXT,
-    pack=TEXT,
-    pack_sha256={**TEXT, **DIGEST},
-    who=TEXT,
-    program={**TEXT, "minLength": 1},
-    command=TEXT,
-    date={**TEXT, "pattern": r"^\d{4}-\d\d-\d\d$"},
-    machine=whole(commit={**TEXT, "pattern": r"^[0-9a-f]{40}$"}, cpu=TEXT, cores=COUNT, load=KNOWN),
-    timing={"const": "measured"},
-    score=NUMBER,
-    told=TEXT,
-    settings={"type": "array", "minItems": 1, "items": SETTING},
-)
 
 
 def faults(folder: Path) -> list[str]:
@@ -75,9 +32,11 @@ def faults(folder: Path) -> list[str]:
             found.append(f"{path.name}: {error}")
     baselines = {r["pack"]: r for r in records.values() if r["program"].split()[:1] == [BASELINE]}
     for path, record in records.items():
-        wrong = [
-            each.message for each in jsonschema.Draft202012Validator(SCHEMA).iter_errors(record)
-        ]
+        wrong = []
+        if record["timing"] != "measured":
+            wrong.append(f"seconds that are {record['timing']}, not measured")
+        if not re.fullmatch("[0-9a-f]{40}", commit := record["machine"].get("commit", "")):
+            wrong.append(f"sources of {commit}, which is no commit")
         if not wrong:
             settings_of(record["pack"])
             baseline = baselines.get(record["pack"])
@@ -138,10 +97,10 @@ def test_a_made_up_table_is_true_and_its_scores_are_those_of_the_times(table):
         ({"pack_sha256": "0" * 64}, "another version of the pack"),
         ({"pack": "crowd-medium"}, "a file name that is not PROGRAM-PACK.json"),
         ({"format": 2}, "Input should be 1"),
-        ({"timing": "reported"}, "'measured' was expected"),
+        ({"timing": "reported"}, "reported, not measured"),
         (
             {"machine": {"commit": "0" * 40 + "+changes", "cpu": "x", "cores": 2, "load": 0.1}},
-            "0+c",
+            "+changes, which is no commit",
         ),
         ({"settings": []}, "at least 1 item"),
     ],

@@ -9,7 +9,7 @@ import pytest
 from lod.errors import InputError
 from scenes.frame.frame_input import FrameInput
 from scenes.render.description import describe_frame
-from scenes.render.usd import check_usd, write_usd
+from scenes.render.usd_export import check_usd, write_usd
 
 pxr = pytest.importorskip("pxr")
 

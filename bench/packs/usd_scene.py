@@ -13,7 +13,7 @@ import numpy as np
 
 from bench.packs.content import WALK_FRAMES, Content
 from scenes.render.description import Description
-from scenes.render.usd import set_camera, set_curves, set_mesh
+from scenes.render.usd_export import set_camera, set_curves, set_mesh
 
 _ROOT = "/pack"
 
