@@ -32,7 +32,7 @@ from numba.core import config
 from bench import runs
 from bench.cli import main as cli
 from bench.cli.commands.render import command as render
-from bench.cli.flags import FLAG_KEYS, frame_numbers, memory_limit_bytes, preset_from_flags
+from bench.cli.flags import FLAG_KEYS, frame_numbers, preset_from_flags
 from bench.cli.main import _verdict as main_verdict
 from bench.cli.main import main, program
 from bench.records.claims import Claim
@@ -179,7 +179,6 @@ def test_flags(words: list[str | tuple[str, str]]) -> None:
             flags = render.make_context("render", line, **program.context_settings).params
         check_pattern(flags["pattern"])
         frame_numbers(flags["frames"])
-        memory_limit_bytes(flags["max_memory"])
         told = {name: value for name, value in flags.items() if name in FLAG_KEYS}
         preset_from_flags(flags["preset"], flags["settings"], flags["density"], **told)
 
