@@ -88,15 +88,22 @@ def make_pack(
 
 
 def read_pack(folder: Path) -> dict[str, Any]:
-    """Read ``pack.json`` of a finished pack. Raises InputError where there is none."""
+    """Read ``pack.json`` of a finished pack.
+
+    Raises InputError where there is none, and where it or the recipe is not as it was written.
+    """
     try:
         found: dict[str, Any] = json.loads((folder / PACK).read_text("utf-8"))
-        if found["format"] == FORMAT:
-            return found
-    except (OSError, ValueError, TypeError, KeyError):
-        pass
+        written = (folder / SUMS).read_text("utf-8").splitlines()
+        kept = {_sum(folder / name, name) for name in (PACK, RECIPE)}
+        whole = found["format"] == FORMAT and kept <= set(written)
+    except (OSError, ValueError, TypeError, KeyError, RecursionError):
+        whole = False
+    if whole:
+        return found
+    rule = f"the folder of a finished pack of format {FORMAT}, as its {SUMS} says"
     cure = "make one with `lodbench pack make crowd-small -o DIR`"
-    raise InputError("DIR", str(folder), f"the folder of a finished pack of format {FORMAT}", cure)
+    raise InputError("DIR", str(folder), rule, cure)
 
 
 def _check_recipe(path: Path, plain: dict[str, Any]) -> None:
@@ -286,9 +293,12 @@ def _all_files(folder: Path) -> list[tuple[str, Path]]:
 
 def _sums(folder: Path) -> Iterator[str]:
     """Write a line for each file, as ``sha256sum`` writes and reads them."""
-    for name, path in _all_files(folder):
-        with path.open("rb") as file:
-            yield f"{hashlib.file_digest(file, 'sha256').hexdigest()}  {name}\n"
+    return (f"{_sum(path, name)}\n" for name, path in _all_files(folder))
+
+
+def _sum(path: Path, name: str) -> str:
+    with path.open("rb") as file:
+        return f"{hashlib.file_digest(file, 'sha256').hexdigest()}  {name}"
 
 
 def _readme(folder: Path, found: dict[str, Any]) -> str:

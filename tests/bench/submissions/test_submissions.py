@@ -18,6 +18,7 @@ from bench.submissions.site import HEADS, as_csv, as_html, table_rows, write_sit
 from lod.errors import InputError
 from scenes.frame.layers import SKY_Z
 from scenes.render.pictures import auto_exposure
+from tests.bench.submissions.test_table import NUMBERS, write_pack
 
 SIZE = 48, 80
 
@@ -271,7 +272,6 @@ def test_steps_of_chance_are_as_rare_as_the_level_says():
 
 
 def test_a_record_of_another_pack_is_refused(tmp_path):
-    numbers = {"format": 1, "pack": "crowd-small", "references": {"still": {"spp": 64}}}
-    (tmp_path / "pack.json").write_text(json.dumps(numbers))
+    write_pack(tmp_path, NUMBERS)
     with pytest.raises(InputError, match="a record of"):
         check_again(record(), [], tmp_path)

@@ -72,12 +72,20 @@ def submit(folder, pack, program, seconds, tampered=()):
     return made
 
 
+NUMBERS = {"format": 1, "pack": "crowd-small", "references": {"still": {"spp": 64}}}
+
+
+def write_pack(pack, numbers):
+    (pack / make.PACK).write_text(json.dumps(numbers))
+    (pack / make.RECIPE).write_text("{}")
+    (pack / make.SUMS).write_text("".join(make._sums(pack)))
+
+
 @pytest.fixture
 def table(tmp_path):
     pack = tmp_path / "crowd-small"
     pack.mkdir()
-    numbers = {"format": 1, "pack": "crowd-small", "references": {"still": {"spp": 64}}}
-    (pack / make.PACK).write_text(json.dumps(numbers))
+    write_pack(pack, NUMBERS)
     (tmp_path / "table").mkdir()
     return tmp_path / "table", pack
 
@@ -123,13 +131,30 @@ def test_seconds_that_were_changed_afterwards_are_found(table):
 
 def test_a_pack_is_the_same_whatever_noise_its_references_have(table):
     _, pack = table
-    numbers = json.loads((pack / make.PACK).read_text())
 
     def digest(**changed):
-        (pack / make.PACK).write_text(json.dumps(numbers | changed))
+        write_pack(pack, NUMBERS | changed)
         return pack_digest(pack)
 
     still = {"spp": 64, "noise": {"flip": 0.01}}
     assert digest() == digest(software="lodbench 9", references={"still": still, "walk": [1]})
     assert digest() != digest(references={"still": {"spp": 32}})
     assert digest(bounds=[1e-17, 0.12345678]) == digest(bounds=[-1e-17, 0.12345679])
+
+
+@pytest.mark.parametrize("name", [make.PACK, make.RECIPE, make.SUMS])
+@pytest.mark.parametrize("damage", ["missing", "cut", "a digit"])
+def test_a_damaged_pack_is_refused(table, name, damage):
+    _, pack = table
+    text = (pack / name).read_text()
+    if damage == "missing":
+        (pack / name).unlink()
+    else:
+        changed = (
+            text[: len(text) // 2]
+            if damage == "cut"
+            else text.translate(str.maketrans("163}", "270]"))
+        )
+        (pack / name).write_text(changed)
+    with pytest.raises(InputError, match="finished pack"):
+        make.read_pack(pack)
