@@ -32,8 +32,7 @@ Own = Literal["metric", "stems", "preset"]
 OwnPreset = tuple[str, Preset]
 """The name of a preset, or of its file, and the preset."""
 
-EffortName = Literal["full", "quick"]
-"""How much a run measures: everything, or enough to try it."""
+EffortName = Literal["full", "quick"]  # how much a run measures: everything, or enough to try it
 
 
 def silent(done: int, total: int, what: str) -> None:

@@ -17,14 +17,12 @@ from scenes.frame.frame_input import DisplayedRepresentation, FrameInput, Light,
 from scenes.render.render import render_frame
 
 DISTANCES = 20
-ALBEDOS = (0.0, 0.8)
-"""The albedos of black and of grey."""
+ALBEDOS = (0.0, 0.8)  # the albedos of black and of grey
 
 _SLOT_PX, _EDGE_PX, _ROWS, _FOV_DEG = 6, 1, 4, 6.0
 _SLOTS = 2 * len(ALBEDOS) * DISTANCES
 LIGHT = Light(sun_azimuth_deg=250.0, sun_elevation_deg=35.0)
-HEADING_DEG = 70.0
-"""The heading of the camera [degrees]; the sun stands behind it."""
+HEADING_DEG = 70.0  # the heading of the camera [degrees]; the sun stands behind it
 
 Seen = Float64[np.ndarray, "targets bands"]
 

@@ -39,8 +39,7 @@ from scenes.render.render import build_frame, trace
 from scenes.scene import Scene, frame_quality
 from scenes.sticks.prototype import LUMINANCE
 
-AT_FULL_SIZE = 0.5
-"""The share of itself from which on a part that comes or goes is said to pop."""
+AT_FULL_SIZE = 0.5  # the share of itself from which on a part that comes or goes is said to pop
 
 SKY_SHARE = 0.25
 """The share of the light on a face beneath the sun that comes from the sky, in shaded pictures."""

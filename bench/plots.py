@@ -32,8 +32,7 @@ MARKERS, GLYPHS = ("o", "s", "^", "D", "v", "P"), ("●■▲◆▼✚", "○□
 WIDTH, HEIGHT = 340, 270
 """The size of a panel, in CSS pixels where it is shown at its own size."""
 
-LETTERS = 12
-"""The size of all letters [CSS pixels]."""
+LETTERS = 12  # the size of all letters [CSS pixels]
 
 _INK, _GRID, _PAPER, _GREY = "#1b1b1b", "#e3e3e3", "#fffffe", "#767676"
 _PAGE = {_INK: "currentColor", _GRID: "var(--grid, #e3e3e3)", _PAPER: "var(--paper, #fff)"}
@@ -42,14 +41,9 @@ _PAGE = {_INK: "currentColor", _GRID: "var(--grid, #e3e3e3)", _PAPER: "var(--pap
 FONTS = '-apple-system, "Segoe UI", Roboto, "Noto Sans", "Liberation Sans", Arial, sans-serif'
 """The letters of figures and pages: those of the reader's own system."""
 
-_MOST_MARKED = 25
-"""Curves of more points tell every n-th of them."""
-
-_MOST_LETTERS = 30
-"""Names of places with more letters in all are turned, or they would overlap."""
-
-_PER_INCH = 72
-"""The units of an SVG in an inch of the canvas."""
+_MOST_MARKED = 25  # curves of more points tell every n-th of them
+_MOST_LETTERS = 30  # names of places with more letters in all are turned, or they would overlap
+_PER_INCH = 72  # the units of an SVG in an inch of the canvas
 
 _STYLE: dict[Any, Any] = {
     "svg.hashsalt": "lodbench",  # the same plot has the same bytes

@@ -56,8 +56,7 @@ def user_model_path(name: str) -> Path:
     return models_folder() / f"{name}.npz"
 
 
-BUILT_IN = ("figure", "boulder", "sward")
-"""Models that Python code describes."""
+BUILT_IN = ("figure", "boulder", "sward")  # models that Python code describes
 
 
 @cache

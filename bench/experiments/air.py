@@ -127,8 +127,7 @@ def delta_e(one: np.ndarray, other: np.ndarray) -> np.ndarray:
 
 # Claims, from raw radiances alone.
 
-FEWEST = 30
-"""The fewest pixels with which a band is judged."""
+FEWEST = 30  # the fewest pixels with which a band is judged
 
 TOLERANCE = {"scalar": 0.01, "jit": 0.01, "medium": 0.03}
 _claim = partial(claim, source="§2.1")
@@ -197,8 +196,7 @@ def label(point: Point) -> str:
 
 # Plots.
 
-_DRAWN_M = 5e3
-"""The visibility of the targets that are drawn [m]."""
+_DRAWN_M = 5e3  # the visibility of the targets that are drawn [m]
 
 
 def plots(record: Record) -> tuple[Plot, ...]:

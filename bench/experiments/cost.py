@@ -16,14 +16,7 @@ import numpy as np
 
 from bench.children import run_in_child
 from bench.experiment import Case, Experiment, OwnPreset, Table, Topic
-from bench.frame_costs import (
-    WORLD,
-    Size,
-    measure_process,
-    measure_worlds,
-    own_kind,
-    window_costs,
-)
+from bench.frame_costs import WORLD, Size, measure_process, measure_worlds, own_kind, window_costs
 from bench.images.differences import errors, flips
 from bench.images.equal_error import EQUAL_ERROR
 from bench.plots import SIDE, Curve, Panel, Plot, curves, estimated, figure, number_text
@@ -79,14 +72,12 @@ STAGES = {
 }
 """The stages that make up a frame, in their order, with their names in words."""
 
-SET_UP = "prune", "appearance", "describe", "build"
-"""The stages of a frame before its trace."""
+SET_UP = "prune", "appearance", "describe", "build"  # the stages of a frame before its trace
 
 STILL = {"meadow"}
 """Kinds of world in which nothing moves: the unpruned scene is built once, and then only traced."""
 
-SEQUENCE = 240
-"""The number of frames over which setting up is amortised: ten seconds of film."""
+SEQUENCE = 240  # the number of frames over which setting up is amortised: ten seconds of film
 
 BEYOND = 2.5
 """The side, in limit distances, from which on a world is beyond the limit.

@@ -39,8 +39,7 @@ BAND_MARGIN = 0.02
 
 SHADED = 1 - BAND_MARGIN, 1 + BAND_MARGIN
 
-CONTROL = 0.002
-"""How far from 0 the fit may find the error of a reference against itself."""
+CONTROL = 0.002  # how far from 0 the fit may find the error of a reference against itself
 
 _claim = partial(claim, source="§2.4")
 

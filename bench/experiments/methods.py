@@ -375,7 +375,7 @@ EXPERIMENT = Experiment(
             seconds=(18_000.0, 600.0),
             apart=True,
             accepts=("preset",),
-        ),
+        )
     },
     rendered=True,
     timed=True,

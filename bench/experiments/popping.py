@@ -48,8 +48,7 @@ from scenes.sticks.prototype import Prototype
 
 SPECIES = ("figure", "tree")
 WIDTH_PX, STEP_M, FRAMES = 640, 2.0, 8
-DENSER = {"figure": 0.25, "tree": 1.0}
-"""Density ÷ that of the experiment `viewing`."""
+DENSER = {"figure": 0.25, "tree": 1.0}  # density ÷ that of the experiment `viewing`
 
 SIZED = 8
 """The number of fields of which the size and distance of every switch are recorded."""
@@ -82,8 +81,7 @@ WALK_WAYS = {
 
 _WALK_FRAMES = 5
 
-QUANTILE = 0.9999
-"""Of the residual over the pixels of a walk."""
+QUANTILE = 0.9999  # of the residual over the pixels of a walk
 
 # Walks through presets as shipped.
 
@@ -92,8 +90,7 @@ SHIPPED_WAYS: dict[str, tuple[str, ...]] = {SHIPPED: (), CLIPPED: ("view.fade=0"
 SPEED = "camera.speed=1.4"
 """As fast as one walks [m/s], where the preset's eye stands still."""
 
-AT_ONCE = 8
-"""The most pairs of frames of a case."""
+AT_ONCE = 8  # the most pairs of frames of a case
 
 
 def _popping_cases(fields: int, walks: int, unseen: bool) -> list[Case]:
@@ -193,13 +190,7 @@ def measure_walks(way: str, walks: int, unseen: bool, variant: str, seed: int) -
 
 
 def measure_steps(
-    preset: str,
-    way: str,
-    looks: tuple[str, ...],
-    first: int,
-    pairs: int,
-    variant: str,
-    seed: int,
+    preset: str, way: str, looks: tuple[str, ...], first: int, pairs: int, variant: str, seed: int
 ) -> Point:
     """Measure pairs of frames, from ``first`` and the next on; the preset has a seed of its own."""
     scene = _shipped_scene(preset, (*looks, *SHIPPED_WAYS[way]))

@@ -257,7 +257,7 @@ EXPERIMENT = Experiment(
             full={"fields": 8, "rounds": 6},
             quick={"fields": 3, "rounds": 3},
             seconds=(140.0, 90.0),
-        ),
+        )
     },
     rendered=True,
     caveats=(

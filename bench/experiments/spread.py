@@ -54,8 +54,7 @@ PACKED = 0.6
 PIXELS = {"figure": (10.0, 20.0), "tree": (80.0, 160.0)}
 """Details τ of a picture 640 pixels wide across 60° [px], by what stands there."""
 
-BUDGET = {"figure": 1500, "tree": 8000}
-"""Parts that a frame may hold."""
+BUDGET = {"figure": 1500, "tree": 8000}  # parts that a frame may hold
 
 SHARE = 0.99
 """Share of frames that is to be within a budget."""
@@ -68,8 +67,7 @@ MAPPED = "stems of a map"
 Stems = tuple[str, str]
 """The path of a map of stems, and the SHA-256 of the file."""
 
-Named = tuple[str, Stems | None]
-"""A pattern by its name, and the map that it is of."""
+Named = tuple[str, Stems | None]  # a pattern by its name, and the map that it is of
 
 
 @dataclass(frozen=True)

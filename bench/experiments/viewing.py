@@ -199,8 +199,7 @@ BIG, SMALL = SIZES[len(BOUNDS_M) - 1 :], SIZES[: len(BOUNDS_M) - 1]
 """The classes of size over and under 1 m."""
 
 _LAW, _DERIVED = "§2.1, §4.1", "derived: docs/method.md"
-HAZE_KIND = "species", "viewer", "width"
-"""The keys that points of different visibility share."""
+HAZE_KIND = "species", "viewer", "width"  # the keys that points of different visibility share
 
 
 _row = partial(claim, unit="field", source=_DERIVED, alone=UNREPLICATED)

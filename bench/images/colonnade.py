@@ -36,8 +36,7 @@ from scenes.sticks.prototype import LUMINANCE
 COUNT, SPACING_M, DEPTH_M = 13, 4.0, 12.0
 FOV_DEG, SIZE_PX, EYE_M = 132.0, (960, 216), 2.6
 LIGHT = Light(sun_azimuth_deg=200.0, sun_elevation_deg=40.0)
-FINEST = 1e-9
-"""Detail at which nothing is pruned [px]."""
+FINEST = 1e-9  # detail at which nothing is pruned [px]
 
 
 Picture = Float64[np.ndarray, "height width"]

@@ -61,8 +61,7 @@ VIEWS = {
 GRASS = "grass"
 """A view of nothing but grass, whose blades are far longer than they are wide."""
 
-SWEPT = ("eye level", "aerial", GRASS)
-"""The views in which metrics are compared."""
+SWEPT = ("eye level", "aerial", GRASS)  # the views in which metrics are compared
 
 METRICS_TRIED = ("blake", "bounded", "solid_angle", "depth")
 GRASS_METRICS = ("blake", "bounded", "solid_angle")
@@ -88,8 +87,7 @@ OWN_BYTES = 4 * 10**9
 
 SUN_ELEVATIONS_DEG = (10.0, 40.0, 70.0)
 TURN_DEG = 30.0
-PROTOTYPE_SETS = 4
-"""The number of sets of trees and people that fields have in turn in a full run."""
+PROTOTYPE_SETS = 4  # the number of sets of trees and people that fields have in turn in a full run
 
 ALONE, ALONE_OF = 3, 6
 """In the first so many of so many fields species and ground are pruned alone, too: under each of

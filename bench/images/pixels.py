@@ -27,12 +27,10 @@ MOST = 4.0
 SPECIES = ("figure", "tree")
 METRICS_TRIED = ("blake", "bounded", "solid_angle")
 DETAILS = (1.0, 4.0)
-FINENESS = 4
-"""The places that are sampled along each side of a pixel."""
+FINENESS = 4  # the places that are sampled along each side of a pixel
 
 WIDTH_PX = 640
-THINNER = 1 / 2
-"""Density ÷ that of the experiments on haze and eye: a thousand objects are enough."""
+THINNER = 1 / 2  # density ÷ that of the experiments on haze and eye: a thousand objects are enough
 
 NEAREST = 2.0
 """The distance, in bounds of an object, below which it is left out: it is about the eye."""

@@ -33,8 +33,7 @@ SIZES = {"small": 1e3, "medium": 1e4, "large": 1e5}
 WALK_FRAMES, WALK_SIZE = 24, (320, 180)
 """Frames of the walk, and their width and height [px]."""
 
-_AHEAD = 0.4
-"""How far behind the middle of the window the camera stands, as a share of its side."""
+_AHEAD = 0.4  # how far behind the middle of the window the camera stands, as a share of its side
 
 
 @dataclass(frozen=True)

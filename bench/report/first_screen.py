@@ -34,8 +34,7 @@ WHAT_THIS_IS_NOT = (
 )
 
 
-FIRST = "counts"
-"""Name of the plot that opens the page where there is one: counts against the law."""
+FIRST = "counts"  # name of the plot that opens the page where there is one: counts against the law
 
 HEADLINE_HEADS = "verdict", "claim", "measured (95 %)", "unit", "command"
 

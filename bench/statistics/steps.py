@@ -6,8 +6,7 @@ import numpy as np
 
 from lod.arrays import Reals
 
-LEAST_BESIDE = 3
-"""The fewest measurements on either side of a step."""
+LEAST_BESIDE = 3  # the fewest measurements on either side of a step
 
 LEVEL = 0.01
 PERMUTATIONS = 1999

@@ -33,8 +33,7 @@ PARSIMONY = 0.03
 LARGEST_FOV, LARGEST_SHIFT_PX = 0.05, 8.0
 """Beyond these a picture that fits by zooming or moving is no picture of this camera."""
 
-LEAST_AMOUNT = 0.3
-"""The least part of a pack's mistake that is named."""
+LEAST_AMOUNT = 0.3  # the least part of a pack's mistake that is named
 
 LEAST_EXPOSURE, LEAST_ZOOM, LEAST_SHIFT_PX = 0.01, 0.001, 0.1
 """Smaller mistakes than these are not named."""

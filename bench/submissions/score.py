@@ -31,26 +31,16 @@ import numpy as np
 from scipy.ndimage import gaussian_filter
 
 from bench.images.differences import band_name, flip_map, mean_flip
-from bench.submissions.diagnosis import (
-    LARGEST_FOV,
-    LARGEST_SHIFT_PX,
-    best_cause,
-    registration,
-)
+from bench.submissions.diagnosis import LARGEST_FOV, LARGEST_SHIFT_PX, best_cause, registration
 from lod.errors import InputError
 from scenes.frame.layers import SKY_Z
 from scenes.render.exr.layer_file import read_pixels
 from scenes.render.pictures import auto_exposure, to_srgb
 from scenes.sticks.prototype import LUMINANCE
 
-LEAST_KEPT = 0.5
-"""The least of a band's structure that a picture must keep."""
-
-MOST_LUMINANCE = 0.15
-"""How far the luminance of a band may be off, as a share of the reference's."""
-
-MOST_SKY = 0.02
-"""How far the luminance of the clear sky may be off: no method changes it."""
+LEAST_KEPT = 0.5  # the least of a band's structure that a picture must keep
+MOST_LUMINANCE = 0.15  # how far the luminance of a band may be off, as a share of the reference's
+MOST_SKY = 0.02  # how far the luminance of the clear sky may be off: no method changes it
 
 MOST_ZOOM, MOST_SHIFT_PX = 0.004, 0.5
 """How far the camera may be off: enlargement, and movement of the picture [px]."""
@@ -61,8 +51,7 @@ LEAST_SHARE = 0.01
 LEAST_STRUCTURE = 0.5
 """What a band keeps is judged where so much of the reference's structure is no noise."""
 
-WITHIN = 0.005
-"""Land luminance and coverage of a renderer that draws everything agree within this."""
+WITHIN = 0.005  # land luminance and coverage of a renderer that draws everything agree within this
 
 _STRUCTURE_PX = 4.0
 _COPIED = 0.2

@@ -342,10 +342,7 @@ class SimpleActor(Actor):
             raise InputError(where, list(cls.part_types), rule, "use another class of Actor")
 
     def __init__(
-        self,
-        joint: RevoluteJoint = IDENTITY_JOINT,
-        appearance: Any = None,
-        name: str | None = None,
+        self, joint: RevoluteJoint = IDENTITY_JOINT, appearance: Any = None, name: str | None = None
     ) -> None:
         super().__init__(joint=joint, appearance=appearance, name=name)
 

@@ -55,11 +55,7 @@ class Stage(ObjectWithParts):
     """A scene of bodies and a camera."""
 
     def __init__(
-        self,
-        bodies: Mapping[str, Body],
-        camera: CameraBody,
-        height: Height,
-        wind_deg: float = 90.0,
+        self, bodies: Mapping[str, Body], camera: CameraBody, height: Height, wind_deg: float = 90.0
     ) -> None:
         """Assemble the scene; the order of the bodies is that of their numbers.
 

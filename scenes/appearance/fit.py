@@ -39,11 +39,8 @@ from scenes.sticks.prototype import PartSticks, Shapes
 MOSTLY = 0.4
 """Share of a part's own stick that must be seen, over all directions, for the stick to stay."""
 
-WORTH = 0.01
-"""Least share of what a part covers that the sticks that stay have together."""
-
-STEPS = 3
-"""Steps to the right cover from each elevation."""
+WORTH = 0.01  # least share of what a part covers that the sticks that stay have together
+STEPS = 3  # steps to the right cover from each elevation
 
 
 CODE = ("lod", "scenes.sticks", "scenes.appearance")
@@ -60,14 +57,12 @@ FLAT = 2.0
 """The square of a flat spray's width over its length times its thickness: more in a plate, 1 in a
 ball, less in a rod."""
 
-BLOBS_PER_DECADE = 1.2
-"""Blobs for each tenfold of the sticks that they stand for."""
+BLOBS_PER_DECADE = 1.2  # blobs for each tenfold of the sticks that they stand for
 
 _STEP = 0.7
 """Power of the missing area by which radii grow: converges for thin sticks and for round blobs."""
 
-SEEN_FROM = (0, 2, 4)
-"""Elevations, as rows of ELEVATIONS_DEG, over which cover is compared."""
+SEEN_FROM = (0, 2, 4)  # elevations, as rows of ELEVATIONS_DEG, over which cover is compared
 
 GREATEST, LEAST = 0.97, -1.5
 """Bounds on an overlap."""

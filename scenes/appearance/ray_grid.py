@@ -16,8 +16,7 @@ from lod.kernels import njit
 from lod.shapes import StickTable
 from scenes.sticks.prototype import Shapes
 
-BOX_M = 0.25
-"""Side of a box [m]."""
+BOX_M = 0.25  # side of a box [m]
 
 NOTHING = np.inf
 """Distance of the first shape along a ray that meets none."""

@@ -30,8 +30,7 @@ LINES = 80_000
 SIZE_M = 10.0
 """Range R that objects are scaled to, so that rays go through boxes of a like size [m]."""
 
-BOUNDS = 0.05, 2.5
-"""Least and greatest tone."""
+BOUNDS = 0.05, 2.5  # least and greatest tone
 
 FAINT = 0.03
 """Share of an object's light below which shapes keep their own albedo."""
@@ -44,8 +43,7 @@ _CIRCLE = np.array((0.5, *(1.0,) * (len(AZIMUTHS_DEG) - 2), 0.5)) / (len(AZIMUTH
 _OFFSET_M = 1e-4
 """Distance from a surface at which rays leave it [m]."""
 
-_BLOCK = 1024
-"""Number of lines whose light is added up at once."""
+_BLOCK = 1024  # number of lines whose light is added up at once
 
 _GOLDEN = (math.sqrt(5) - 1) / 2
 

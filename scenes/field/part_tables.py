@@ -385,8 +385,7 @@ TONE = 0.03
 the ground, less evenly than many narrow ones: in a stand on hills, under suns of 10°, 40° and 70°,
 they were 3 % too bright where 5 times as wide, and 5 to 7 % where 20 times."""
 
-_SHORTEST_STICK_RUN = 8192
-"""Sticks for which another thread is worth its start."""
+_SHORTEST_STICK_RUN = 8192  # sticks for which another thread is worth its start
 
 
 def emit(

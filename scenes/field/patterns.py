@@ -21,8 +21,7 @@ from scenes.field.cells import CellSamples, PoissonCells, SquareCells, uniforms
 _FARTHEST = 5.0
 """Deviations σ beyond which a cluster has no objects: 4 in a million of a whole Gaussian."""
 
-_OFFSPRING = 2**20
-"""More objects than a cluster ever has."""
+_OFFSPRING = 2**20  # more objects than a cluster ever has
 
 
 @dataclass(frozen=True)

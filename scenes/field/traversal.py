@@ -32,8 +32,7 @@ from scenes.rig.pose import (
     transform_point,
 )
 
-_ROUNDING_M = 1e-6
-"""More than positions within a frame are ever rounded by [m]."""
+_ROUNDING_M = 1e-6  # more than positions within a frame are ever rounded by [m]
 
 
 class TraversalTables(NamedTuple):

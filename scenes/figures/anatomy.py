@@ -181,8 +181,7 @@ def side_of(name: str) -> tuple[float, str]:
     return (SIDES[hand], bare) if hand in SIDES else (1.0, name)
 
 
-CORE = 0.75
-"""Radius of the hidden core, as a share of the leaf appearance's."""
+CORE = 0.75  # radius of the hidden core, as a share of the leaf appearance's
 
 
 def build_prototype(name: str, anatomy: Anatomy, build: Build) -> RiggedPrototype:

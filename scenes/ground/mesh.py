@@ -78,11 +78,7 @@ MOST_COARSER = 2
 
 def lattice_mesh(
     patches: Patches, coarser: Int64[np.ndarray, "n 4"]
-) -> tuple[
-    Int64[np.ndarray, "v 2"],
-    Int64[np.ndarray, "f 3"],
-    Int64[np.ndarray, " f"],
-]:
+) -> tuple[Int64[np.ndarray, "v 2"], Int64[np.ndarray, "f 3"], Int64[np.ndarray, " f"]]:
     """Vertices, faces, and the owner of each face, of one watertight mesh.
 
     Vertices (v, 2) are places counted in quads of the deepest patches, ascending. Faces (f, 3) are

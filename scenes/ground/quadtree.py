@@ -256,11 +256,8 @@ def _wavelengths(relief: Relief, spacings: Reals) -> Reals:
     return np.minimum(2 * spacings, relief.wavelength)
 
 
-COLUMN_PX = 6.0
-"""Width of a column at the picture's centre [px]."""
-
-GROWTH = 1.04
-"""Ratio of the distances of a column's samples that follow each other."""
+COLUMN_PX = 6.0  # width of a column at the picture's centre [px]
+GROWTH = 1.04  # ratio of the distances of a column's samples that follow each other
 
 _NEAREST_M = 4.0
 _LEAST_AHEAD = 0.1

@@ -37,8 +37,7 @@ from scenes.sticks.prototype import Prototype
 
 _SEED = np.uint64(0x57A4D)
 
-_LAYER = 2**40
-"""What the numbers of a line's stands in one layer and the next differ by."""
+_LAYER = 2**40  # what the numbers of a line's stands in one layer and the next differ by
 
 
 class StandField(NamedTuple):
@@ -236,8 +235,7 @@ GROUND = -1
 _OFFSET_M = 1e-4
 """Distance from a surface at which rays leave it, so that they do not meet it again [m]."""
 
-_LINES_PER_THREAD = 64
-"""Number of lines for which another thread is worth its start."""
+_LINES_PER_THREAD = 64  # number of lines for which another thread is worth its start
 
 
 class LineSamples(NamedTuple):

@@ -17,13 +17,7 @@ from lod.errors import InputError
 from lod.shapes import MeshTable, middles
 from scenes.files import whole_file
 from scenes.imported.gltf import read_gltf
-from scenes.imported.part_tree import (
-    MESH_COLUMNS,
-    OWN_COLUMNS,
-    PartTree,
-    Sidecar,
-    build_tree,
-)
+from scenes.imported.part_tree import MESH_COLUMNS, OWN_COLUMNS, PartTree, Sidecar, build_tree
 from scenes.imported.usd import read_usd
 from scenes.model_files import (
     SUFFIXES,

@@ -327,8 +327,7 @@ def _check_size(where: str, meshes: MeshTable) -> None:
         raise InputError(where, f"{farthest:.3g} m", rule, "move it to the origin")
 
 
-TEXTURE_PIXELS = 64
-"""A texture counts as it looks when averaged down to at most this on a side."""
+TEXTURE_PIXELS = 64  # a texture counts as it looks when averaged down to at most this on a side
 
 _LARGEST_TEXTURE = 2**26
 _LARGEST_M = 1e15

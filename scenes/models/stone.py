@@ -32,8 +32,7 @@ from lod.shapes import StickTable
 from scenes.appearance.fit import fit_appearances
 from scenes.sticks.prototype import PartPlaces, PartSticks, Prototype, assemble_prototype
 
-SUNK = 1.7
-"""Radius of the finest balls in sides of their cells: bumps of a seventh of a cell."""
+SUNK = 1.7  # radius of the finest balls in sides of their cells: bumps of a seventh of a cell
 
 _JITTER = 0.3
 """How far the finest balls stand from their places along the surface, in sides of their cells: on
@@ -170,8 +169,7 @@ TINTS = np.concatenate((STONE, LICHEN))
 """Linear Rec.709 albedo of weathered granite, from dark to light, and of what grows on it; chosen
 by eye."""
 
-SIDE_M = 2.0
-"""Side of the octree's cube."""
+SIDE_M = 2.0  # side of the octree's cube
 
 DEPTH = 6
 """Finest cells are 2^-DEPTH of the cube: 3 cm."""

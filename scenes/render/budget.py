@@ -20,11 +20,8 @@ from scenes.render.memory import forecast, forecast_field, frame_bytes, parts_by
 from scenes.render.variants import choose
 from scenes.scene import Scene, World
 
-MIN_BUDGET_USE = 0.98
-"""Share of the budget that has to be used before the search ends."""
-
-MAX_PRUNES = 12
-"""Number of prunes after which the best detail so far is returned."""
+MIN_BUDGET_USE = 0.98  # share of the budget that has to be used before the search ends
+MAX_PRUNES = 12  # number of prunes after which the best detail so far is returned
 
 _MAX_FACTOR = 2.0**20
 """Largest factor, up or down, between the first detail and any other that is tried."""

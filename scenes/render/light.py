@@ -138,8 +138,7 @@ def _radiance(emitter: Any, directions: np.ndarray, nm: float = 0.0) -> np.ndarr
     return np.array(rows)
 
 
-_SUN_APERTURE_DEG = 0.5358
-"""The full width of sunsky's sun."""
+_SUN_APERTURE_DEG = 0.5358  # the full width of sunsky's sun
 
 
 def sun_irradiance(light: Description) -> np.ndarray:

@@ -39,8 +39,7 @@ KEY = 0.18
 _DARKEST = 1e-4
 
 
-_WHITE = 4.0
-"""Exposed light that ``reinhard`` makes white."""
+_WHITE = 4.0  # exposed light that ``reinhard`` makes white
 
 TONE_CURVES: dict[str, Callable[[np.ndarray], np.ndarray]] = {
     "filmic": lambda x: x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14),

@@ -176,11 +176,7 @@ def sensor(
     lens: Description = {"type": "perspective"}
     if opening := camera["lens"]:
         radius = opening.diameter_m / 2
-        lens = {
-            "type": "thinlens",
-            "aperture_radius": radius,
-            "focus_distance": opening.focus_m,
-        }
+        lens = {"type": "thinlens", "aperture_radius": radius, "focus_distance": opening.focus_m}
     return load_plugin(
         {
             **lens,

@@ -32,15 +32,8 @@ from scenes.processes.streams import (
     own_stdout,
     signals_held,
 )
-from scenes.render.exr.header import (
-    Record,
-    Settings,
-)
-from scenes.render.exr.sequence import (
-    FrameFailed,
-    Job,
-    render_sequence,
-)
+from scenes.render.exr.header import Record, Settings
+from scenes.render.exr.sequence import FrameFailed, Job, render_sequence
 from scenes.render.variants import trusting
 
 MOST_TRIES = 3
@@ -89,10 +82,7 @@ class Worker(contextlib.AbstractContextManager):
     """
 
     def __init__(
-        self,
-        threads: int = 0,
-        watch: ProcessWatch = ignore,
-        most_bytes: int | None = None,
+        self, threads: int = 0, watch: ProcessWatch = ignore, most_bytes: int | None = None
     ) -> None:
         self._threads, self._watch, self._most_bytes = threads, watch, most_bytes
         self._process: subprocess.Popen[bytes] | None = None

@@ -42,8 +42,7 @@ from scenes.rig.rig import (
 )
 from scenes.rig.rigged_prototype import RiggedPrototype
 
-_MIN_ANGLE = 1e-9
-"""Least angle between two keys: weights are the shares themselves there [rad]."""
+_MIN_ANGLE = 1e-9  # least angle between two keys: weights are the shares themselves there [rad]
 
 FIRST_JOINT, JOINTS, FIRST_KEY, KEYS, FIRST_SHIFT, FIRST_LEG, LEGS, FIRST_HIP = range(8)
 """Columns of ``PoseTables.prototypes``: first rows and numbers of a prototype's own rows."""

@@ -217,8 +217,7 @@ def _largest_areas(rig: Rig, leaf: RiggedSticks) -> Reals:
 CELLS = 24
 """Cells along the edge of the cube."""
 
-STEP_DEG = 7.5
-"""Largest step between angles."""
+STEP_DEG = 7.5  # largest step between angles
 
 
 def reach_bound(rig: Rig, joint: int, joints: Ints, points: Points, radii: Reals) -> float:

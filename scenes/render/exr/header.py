@@ -96,10 +96,7 @@ _PRESET = f"{PREFIX}preset."
 
 
 def frame_header(
-    camera: Camera,
-    fps: float,
-    settings: Mapping[str, Any],
-    frame: int,
+    camera: Camera, fps: float, settings: Mapping[str, Any], frame: int
 ) -> dict[str, Any]:
     """Make the attributes for write_exr: only what determines the pixels, so that hashes repeat.
 
@@ -211,8 +208,7 @@ Settings = Mapping[str, Any]
 """A preset as plain data, with the software that renders it (``frame_settings``)."""
 
 
-_BESIDE = ("software", "track")
-"""What settings hold beside a preset."""
+_BESIDE = ("software", "track")  # what settings hold beside a preset
 
 Record = dict[str, Any]
 """What is known of a rendered frame, as plain data (``FrameSession.render``)."""
