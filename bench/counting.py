@@ -285,7 +285,6 @@ def beyond_grid() -> list[Case]:
 
 
 def _at(case: Case, m: float) -> Case:
-    """Return the case with the detail threshold that gives this m."""
     return replace(case, detail=float(m / _theta(case.width, case.fov)))
 
 

@@ -323,7 +323,6 @@ def _key(name: str, labels: Sequence[str]) -> str:
 
 
 def _ticks(axis: Axis, most: int) -> None:
-    """Label an axis with plain numbers and powers of ten that have room."""
     low, high = axis.get_view_interval()
     axis.set_minor_formatter(NullFormatter())
     if axis.get_scale() == "linear":

@@ -97,7 +97,6 @@ def measure(
 
 
 def _bytes_of(plain: Mapping[str, Any]) -> int:
-    """Sum the bytes of all arrays of a plain frame."""
     arrays = [a for shape in plain["shapes"].values() for a in shape.values()]
     arrays += [plain["ids"], *plain["owners"].values()]
     return sum(a.nbytes for a in arrays if isinstance(a, np.ndarray))
@@ -134,7 +133,6 @@ def _rows(points: Sequence[Point], *quantities: str) -> list[np.ndarray]:
 
 
 def _exponents(x: Rows, y: Rows) -> Reals:
-    """Fit y = a·x^b in each field, (fields, steps), and return every b, (fields,)."""
     pairs = zip(np.log(np.maximum(x, 1e-9)), np.log(np.maximum(y, 1.0)), strict=True)
     return np.array([np.polyfit(one, other, 1)[0] for one, other in pairs])
 

@@ -149,7 +149,6 @@ def _walk_claims(points: Sequence[Point]) -> Iterator[Claim]:
 
 
 def _still_tables(record: Record) -> Iterator[tuple[str, Table]]:
-    """Give a row of each preset: verdicts of every criterion, and FLIP beside its bounds."""
     three = ("luminance", "coverage", "contrast")
     heads = ("preset", "reference, px", *three, "FLIP", "floor", "ceiling", "share")
     rows = []

@@ -132,7 +132,6 @@ def ratio(pruned: Reals, unpruned: Reals, fields: int) -> Estimate:
 
 
 def _stage_us(point: Point, stage: str) -> Reals:
-    """Return the time of a stage of every frame, (frames,) [µs]."""
     return point.values("us", stage=stage)
 
 
@@ -142,7 +141,6 @@ def _set_up_us(point: Point) -> Reals:
 
 
 def _frame_us(point: Point) -> Reals:
-    """Return the time of every frame, all stages that were timed, (frames,) [µs]."""
     timed = [each.values for each in point.samples if each.keys.get("stage") in STAGES]
     return np.asarray(np.sum(timed, axis=0), np.float64)
 
@@ -209,7 +207,6 @@ _LABELS = {"blake": "pruned", "full": "unpruned"}
 
 
 def _cost_plots(record: Record) -> Iterator[Plot]:
-    """Draw stages, one on the other, and memory, of both sides of every size of world."""
     points = where(record.points, what="size")
     if not points:
         return

@@ -122,7 +122,6 @@ def _view_at_step(step: int) -> View:
 
 
 def _measure_switches(species: str, fields: int, seed: int) -> Point:
-    """Count every field's switches; each has a size and a distance, in thousandths."""
     prototypes, m = prototypes_with(species, None), _view_at_step(0).m
     density = DENSER[species] * density_of(species, m)
     counts, sizes, distances = [], [], []

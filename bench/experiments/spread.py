@@ -205,7 +205,6 @@ def _spread_claims(points: Sequence[Point]) -> Iterator[Claim]:
 
 
 def _walked(point: Point) -> np.ndarray:
-    """Return the parts of every frame of every walk, (walks, frames)."""
     return np.array([each.values for each in point.samples], np.float64)
 
 

@@ -156,7 +156,6 @@ def _stage_table(record: Record) -> Table:
 
 
 def _mean(values: Iterable[float], form: str) -> str:
-    """Write the mean of those that are known; nothing where none is."""
     known = [each for each in values if math.isfinite(each)]
     return format(np.mean(known), form) if known else ""
 

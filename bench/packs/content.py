@@ -267,7 +267,6 @@ def looks_of(field: SpeciesField, view: View) -> Looks:
 
 
 def _all_parts(field: SpeciesField, view: View) -> Parts:
-    """Return every part of every prototype, each standing at the origin of its own frame."""
     prototypes = field.prototypes
     tables = prototypes.part_tables
     sizes = [len(each) for each in tables.hierarchies]

@@ -279,7 +279,6 @@ def _json(data: Any) -> str:
 
 
 def _all_files(folder: Path) -> list[tuple[str, Path]]:
-    """Return every file of a pack but its list of checksums, by name."""
     found = [(p.relative_to(folder).as_posix(), p) for p in folder.rglob("*") if p.is_file()]
     return sorted(each for each in found if not each[0].startswith(".") and each[0] != SUMS)
 
@@ -292,7 +291,6 @@ def _sums(folder: Path) -> Iterator[str]:
 
 
 def _readme(folder: Path, found: dict[str, Any]) -> str:
-    """Write a page of one screen about a finished pack."""
     sizes = {k: path.stat().st_size for k, path in _all_files(folder) if k != "README.md"}
     objects = ", ".join(f"{n} {name}" for name, n in found["objects"].items())
     beta = ", ".join(f"{each:.3g}" for each in found["haze"]["beta"])

@@ -101,7 +101,6 @@ def _ground(out: io.TextIOWrapper, ground: Description) -> None:
 
 
 def _mesh(out: io.TextIOWrapper, shape: Description) -> None:
-    """Write the faces of each colour as a mesh of their own; models have one colour a face."""
     colours = shape["colours"][shape["faces"][:, 0]]
     for colour in np.unique(colours, axis=0):
         mine = shape["faces"][(colours == colour).all(axis=1)]

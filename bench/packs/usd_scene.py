@@ -96,7 +96,6 @@ def _stage(path: str) -> Any:
 
 
 def _shapes(stage: Any, place: str, shapes: list[Description]) -> None:
-    """Define the meshes of a prototype, and its sticks as curves with a colour each."""
     for number, shape in enumerate(shapes):
         if shape["type"] == "mesh":
             set_mesh(stage, f"{place}/mesh{number}", shape)
@@ -105,7 +104,6 @@ def _shapes(stage: Any, place: str, shapes: list[Description]) -> None:
 
 
 def _matte(stage: Any) -> Any:
-    """Make the one material: diffuse, of the colour that the geometry has."""
     from pxr import Sdf, UsdShade
 
     material = UsdShade.Material.Define(stage, f"{_ROOT}/matte")

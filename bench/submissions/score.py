@@ -175,7 +175,6 @@ def judge_picture(picture: np.ndarray, target: Target, Z: np.ndarray | None = No
 
 
 def _is_mistake(name: str) -> bool:
-    """Tell mistakes from what a method may choose to do, and is judged by its error."""
     return not name.startswith(("blurred", "half size", "nothing beyond"))
 
 
@@ -250,7 +249,6 @@ def _flip(tested: np.ndarray, reference: np.ndarray, exposure: float) -> float:
 
 
 def _levels(picture: np.ndarray) -> np.ndarray:
-    """Return the different values of the channel that has most of them."""
     return max((np.unique(picture[..., c]) for c in range(3)), key=len)
 
 

@@ -67,7 +67,6 @@ def make_grids(objects: Sequence[StickTable | Shapes]) -> Grids:
 
 
 def _rows(one: StickTable | Shapes) -> np.ndarray:
-    """Rows of ``Grids.shapes`` of one object."""
     table = one if isinstance(one, StickTable) else one.sticks
     radii = table.start_radius, table.end_radius
     length = np.sqrt(((table.end - table.start) ** 2).sum(axis=1))

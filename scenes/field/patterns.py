@@ -219,7 +219,6 @@ def _grown(cell_x: np.ndarray, cell_y: np.ndarray, by: int) -> tuple[np.ndarray,
 
 
 def _among(x: np.ndarray, y: np.ndarray, cell_x: np.ndarray, cell_y: np.ndarray) -> np.ndarray:
-    """Tell which of the cells (x, y), (n,), are among these, (n,)."""
     if not len(x) or not len(cell_x):
         return np.zeros(len(x), bool)
     low_x, low_y = min(x.min(), cell_x.min()), min(y.min(), cell_y.min())

@@ -113,7 +113,6 @@ def kept(
 
 @functools.cache
 def _fitted() -> dict[str, list[str]]:
-    """List what comes with the package: members of FITTED by kind and key."""
     found: dict[str, list[str]] = {}
     with suppress(OSError, zipfile.BadZipFile):
         with zipfile.ZipFile(FITTED) as file:

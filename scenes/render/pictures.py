@@ -274,7 +274,6 @@ def save_picture(picture: Image.Image, path: str | Path, optimize: bool = False)
 
 
 def _pictures(paths: Sequence[str | Path], look: PictureStyle) -> Iterator[np.ndarray]:
-    """8-bit sRGB pictures of frames, all exposed for the first."""
     from scenes.render.exr.layer_file import read_exr
 
     exposure = None

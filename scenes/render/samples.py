@@ -245,10 +245,13 @@ def square_sides(spp: int) -> tuple[int, ...]:
 def sample_rays(
     camera: Any, size: tuple[int, int], pixels: slice, quality: Quality
 ) -> tuple[Any, Any]:
-    """Make sampler and rays: ``quality.spp`` of each pixel of a run, numbered row by row."""
+    """Make sampler and rays: ``quality.spp`` of each pixel of a run, numbered row by row.
+
+    Of Mitsuba's samplers that were tried none has less noise for the time than multijitter.
+    """
     (width, height), spp = size, quality.spp
     count = (pixels.stop - pixels.start) * spp
-    sampler = load_plugin({"type": quality.sampler, "sample_count": spp})
+    sampler = load_plugin({"type": "multijitter", "sample_count": spp})
     sampler.set_samples_per_wavefront(spp)
     sampler.seed(quality.seed, count)
     index = dr.arange(mi.UInt32, count) // dr.opaque(mi.UInt32, spp)

@@ -213,7 +213,6 @@ def render_left(job: Job, worker: Worker) -> Iterator[Record]:
 
 
 def _record(found: dict[str, Any]) -> Record:
-    """What the process answered, or the error that it met."""
     if "input" in found:
         where, arrived, rule, cure = found["input"]
         raise InputError(where, arrived, rule, cure)
