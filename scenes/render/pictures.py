@@ -206,6 +206,7 @@ def _by_kind(
 
 
 _GAP = 6
+SHEET_WIDTH = 320  # of each frame of a contact sheet [px]
 
 
 def preview(path: str | Path, out_png: str | Path, look: PictureStyle = DEFAULT_STYLE) -> Path:
@@ -217,26 +218,22 @@ def preview(path: str | Path, out_png: str | Path, look: PictureStyle = DEFAULT_
 def write_contact_sheet(
     paths: Sequence[str | Path],
     out_png: str | Path,
-    columns: int | None = None,
-    width: int = 320,
     look: PictureStyle = DEFAULT_STYLE,
 ) -> Path:
-    """Write frames side by side, ``width`` pixels each; all are exposed for the first.
+    """Write frames side by side, SHEET_WIDTH pixels each; all are exposed for the first.
 
     The label of each is the frame's number as the file name has it, or the name.
     """
     if not paths:
         raise InputError("contact sheet", [], "at least one frame")
-    if width < 16:
-        raise InputError("contact sheet width", width, "at least 16 pixels a frame")
     tiles = []
     for picture in _pictures(paths, look):
-        height = max(1, round(width * picture.shape[0] / picture.shape[1]))
-        tile = Image.fromarray(picture).resize((width, height), Image.Resampling.LANCZOS)
+        height = max(1, round(SHEET_WIDTH * picture.shape[0] / picture.shape[1]))
+        tile = Image.fromarray(picture).resize((SHEET_WIDTH, height), Image.Resampling.LANCZOS)
         tiles.append(tile)
     stems = [Path(path).stem for path in paths]
     labels = [(re.findall(r"\d+", stem) or [stem])[-1] for stem in stems]
-    return save_sheet(tiles, labels, columns or default_columns(len(tiles)), out_png)
+    return save_sheet(tiles, labels, default_columns(len(tiles)), out_png)
 
 
 def default_columns(count: int) -> int:
