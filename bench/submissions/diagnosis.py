@@ -67,7 +67,7 @@ def best_cause(
     for sigma in SMOOTHED_PX:
         # What is smoothed more is less noisy, and says more of light than of edges.
         for cause in _tried(tested, reference, exposure, variants, Z, sigma):
-            found = _better(found, cause)
+            found = cause if cause.explains > found.explains + PARSIMONY else found
     return found if found.explains >= NAMED else None
 
 
@@ -114,10 +114,6 @@ def _tried(
         for beyond in _DROP_BEYOND_M:
             dropped = np.where((beyond < Z)[..., None], bare, reference)
             yield cause(f"nothing beyond {beyond:g} m", shown(dropped))
-
-
-def _better(one: Cause, other: Cause) -> Cause:
-    return other if other.explains > one.explains + PARSIMONY else one
 
 
 def _candidates(tested: np.ndarray, reference: np.ndarray) -> Iterator[tuple[str, np.ndarray]]:

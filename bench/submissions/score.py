@@ -167,15 +167,12 @@ def judge_picture(picture: np.ndarray, target: Target, Z: np.ndarray | None = No
         named = "a copy of the reference", 1.0
     else:
         named = (found.name, round(found.explains, 4)) if found else ("", 0.0)
-    if found and _is_mistake(found.name) and named[0] == found.name:
+    free = ("blurred", "half size", "nothing beyond")  # what a method may do, by its error
+    if found and not found.name.startswith(free) and named[0] == found.name:
         reasons = [f"another picture: {found.name}", *reasons]
         if not found.name.startswith(("camera", "field of view")):
             reasons = [each for each in reasons if not each.startswith("camera")]
     return Judged("; ".join(reasons), *named, **measured)
-
-
-def _is_mistake(name: str) -> bool:
-    return not name.startswith(("blurred", "half size", "nothing beyond"))
 
 
 def _void(reason: str, floor: float, cause: str) -> Judged:
