@@ -57,8 +57,7 @@ COLUMNS = ("objects", "parts", "objects_examined", "parts_examined")
 
 Row = tuple[int, ...]
 
-_NODES = 2**18
-"""Nodes of the integral over hilly ground."""
+_NODES = 2**18  # nodes of the integral over hilly ground
 
 _STANDING = {
     "figure": lambda: standing_people(0, 4),

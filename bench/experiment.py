@@ -29,8 +29,7 @@ Table = tuple[tuple[str, ...], list[tuple[str, ...]]]
 """A table: the heads of its columns, and its rows."""
 
 Own = Literal["metric", "stems", "preset"]
-OwnPreset = tuple[str, Preset]
-"""The name of a preset, or of its file, and the preset."""
+OwnPreset = tuple[str, Preset]  # the name of a preset, or of its file, and the preset
 
 EffortName = Literal["full", "quick"]  # how much a run measures: everything, or enough to try it
 

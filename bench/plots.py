@@ -106,8 +106,7 @@ def estimated(
     return Curve(label, list(x), y, low, high, line)
 
 
-SIDE = 0.21
-"""How far the two bars of a place are from it."""
+SIDE = 0.21  # how far the two bars of a place are from it
 
 
 @dataclass(frozen=True)

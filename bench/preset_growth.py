@@ -39,8 +39,7 @@ METRICS = tuple(name for name in LIMITS if name != "full")
 MARGIN = 0.05
 """How far an exponent may be from that of the prediction, and a count from the prediction."""
 
-MOST_PARTS = 3e6
-"""The predicted parts from which on a step is left out."""
+MOST_PARTS = 3e6  # the predicted parts from which on a step is left out
 
 BEYOND = 2.0
 """The side, in limit distances on both sides of the eye, from which on the world is not felt."""

@@ -55,8 +55,7 @@ FILE_KEYS = {
     "denoise": "output.denoise",
     "cryptomatte": "output.cryptomatte",
 }
-FLAG_KEYS = VIEW_KEYS | QUALITY_KEYS | FILE_KEYS
-"""The key that each flag sets, by the flag's name."""
+FLAG_KEYS = VIEW_KEYS | QUALITY_KEYS | FILE_KEYS  # the key that each flag sets, by the flag's name
 
 _TEXT = {"size", "metric", "smear", "visibility", "variant", "haze", "compression", "half"}
 

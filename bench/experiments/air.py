@@ -43,8 +43,7 @@ MEADOW_SPP = {"analytic": 32, "medium": 384, "spectral": 64}
 """Samples of a pixel of the meadow in every kind of haze."""
 
 BAND_EDGES_M = (0.0, 50.0, 100.0, 200.0, 400.0, 800.0, 1600.0, 3200.0, 6400.0)
-SKY = 1e10
-"""The lower edge [m] of the band of rays that meet nothing."""
+SKY = 1e10  # the lower edge [m] of the band of rays that meet nothing
 
 
 def cases(target_spp: Mapping[str, int], seeds: int) -> list[Case]:

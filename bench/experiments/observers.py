@@ -231,8 +231,7 @@ def simulated_plots(record: Record) -> Iterator[Plot]:
 
 FINER = 4  # how many times as fine as the shipped one the detail of the reference is
 
-DISTANCES = 60, 30
-"""Pixels per degree: of the observers here, and of somebody half as far away."""
+DISTANCES = 60, 30  # pixels per degree: of the observers here, and of somebody half as far away
 
 SAID = {
     "seen": ("detection probability, Barten's eye", at_most(0.5)),

@@ -50,8 +50,7 @@ SPECIES = ("figure", "tree")
 WIDTH_PX, STEP_M, FRAMES = 640, 2.0, 8
 DENSER = {"figure": 0.25, "tree": 1.0}  # density ÷ that of the experiment `viewing`
 
-SIZED = 8
-"""The number of fields of which the size and distance of every switch are recorded."""
+SIZED = 8  # the number of fields of which the size and distance of every switch are recorded
 
 # Walks that are rendered.
 
@@ -87,8 +86,7 @@ QUANTILE = 0.9999  # of the residual over the pixels of a walk
 
 SHIPPED, CLIPPED = "as shipped", "clipped"
 SHIPPED_WAYS: dict[str, tuple[str, ...]] = {SHIPPED: (), CLIPPED: ("view.fade=0",)}
-SPEED = "camera.speed=1.4"
-"""As fast as one walks [m/s], where the preset's eye stands still."""
+SPEED = "camera.speed=1.4"  # as fast as one walks [m/s], where the preset's eye stands still
 
 AT_ONCE = 8  # the most pairs of frames of a case
 

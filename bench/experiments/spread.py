@@ -42,8 +42,7 @@ from scenes.field.cells import PoissonCells, SquareCells
 from scenes.field.patterns import MappedCells, MaternCells, ThomasCells, read_stems
 from scenes.field.species_field import Species, SpeciesField
 
-DENSITY = 3.6e-3
-"""K of every pattern but that of a map [1/m²]."""
+DENSITY = 3.6e-3  # k of every pattern but that of a map [1/m²]
 
 TIGHT, WIDE = (10.0, 8.0), (40.0, 25.0)
 """Members of a cluster, and its deviation [m]."""
@@ -56,16 +55,12 @@ PIXELS = {"figure": (10.0, 20.0), "tree": (80.0, 160.0)}
 
 BUDGET = {"figure": 1500, "tree": 8000}  # parts that a frame may hold
 
-SHARE = 0.99
-"""Share of frames that is to be within a budget."""
-
-STEP_M = 10.0
-"""The way between two frames of a walk [m]: a fraction of what an eye sees."""
+SHARE = 0.99  # share of frames that is to be within a budget
+STEP_M = 10.0  # the way between two frames of a walk [m]: a fraction of what an eye sees
 
 MAPPED = "stems of a map"
 
-Stems = tuple[str, str]
-"""The path of a map of stems, and the SHA-256 of the file."""
+Stems = tuple[str, str]  # the path of a map of stems, and the SHA-256 of the file
 
 Named = tuple[str, Stems | None]  # a pattern by its name, and the map that it is of
 

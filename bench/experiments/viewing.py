@@ -127,8 +127,7 @@ def measure_haze(
 # Display and eye.
 
 PIXELS_PER_DEGREE = (20.0, 30.0, 45.0, 67.0, 90.0, 120.0)
-FAINT = 0.1
-"""The contrast that replaces each part's own for some viewers: the least class."""
+FAINT = 0.1  # the contrast that replaces each part's own for some viewers: the least class
 
 EYE_WIDTH = 640
 VIEWERS = {

@@ -197,8 +197,7 @@ def _visible(each: Representation, view: View) -> DisplayedRepresentation:
 
 PRUNED_AND_WHOLE = "pruned", "whole"  # the names of both pictures
 
-Bands = tuple[Column, ...]
-"""The columns of sums in each band, of each picture."""
+Bands = tuple[Column, ...]  # the columns of sums in each band, of each picture
 
 
 def cases(fields: Mapping[str, int], unseen: bool) -> list[Case]:

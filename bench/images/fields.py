@@ -58,16 +58,14 @@ VIEWS = {
     "aerial": ("camera.height=40", "camera.pitch=-15"),
     "hazy": ("air.visibility=2km",),
 }
-GRASS = "grass"
-"""A view of nothing but grass, whose blades are far longer than they are wide."""
+GRASS = "grass"  # a view of nothing but grass, whose blades are far longer than they are wide
 
 SWEPT = ("eye level", "aerial", GRASS)  # the views in which metrics are compared
 
 METRICS_TRIED = ("blake", "bounded", "solid_angle", "depth")
 GRASS_METRICS = ("blake", "bounded", "solid_angle")
 
-LEAST_SHARE = 0.005
-"""The share of the land's rays from which on a band of distance is judged."""
+LEAST_SHARE = 0.005  # the share of the land's rays from which on a band of distance is judged
 
 SPECIES, GROUND, EVERYTHING, NOTHING = "species", "ground", "everything", "nothing"
 """What is pruned, while the rest is the reference's.
@@ -298,8 +296,7 @@ def _bytes(picture: np.ndarray) -> np.ndarray:
     return np.rint(255 * np.clip(picture, 0, 1)).astype(np.uint8)
 
 
-Way = tuple[str, str, float]
-"""What is pruned, by which metric, and at which detail [px]."""
+Way = tuple[str, str, float]  # what is pruned, by which metric, and at which detail [px]
 
 
 def cases(

@@ -21,8 +21,7 @@ from scenes.appearance.visible_area import first_met
 from scenes.field.species_field import Species, SpeciesField
 from scenes.plugins import metric_by_name
 
-MOST = 4.0
-"""The ratio that at most 5 % of the objects may exceed."""
+MOST = 4.0  # the ratio that at most 5 % of the objects may exceed
 
 SPECIES = ("figure", "tree")
 METRICS_TRIED = ("blake", "bounded", "solid_angle")

@@ -112,8 +112,7 @@ def _check_recipe(path: Path, plain: dict[str, Any]) -> None:
             raise InputError("-o", found.get(key), rule, "choose another folder")
 
 
-Step = tuple[str, Callable[[Path], object]]
-"""A file of a pack, and what writes it."""
+Step = tuple[str, Callable[[Path], object]]  # a file of a pack, and what writes it
 
 
 def _whole(write: Callable[[Path], object]) -> Callable[[Path], object]:

@@ -16,8 +16,7 @@ from bench.packs.content import Content
 from lod.camera import Camera
 from scenes.render.description import Description, chains
 
-ATLAS = "ground.exr"
-"""The picture of the ground's albedo."""
+ATLAS = "ground.exr"  # the picture of the ground's albedo
 
 
 def write_geometry(path: Path, content: Content) -> None:

@@ -26,8 +26,7 @@ from lod.errors import InputError
 RELEVANT, RELEVANT_TIME = 0.005, 0.02
 """How far the mean of a quantity, and of a time, may be from what it was, as a share."""
 
-LEVEL = 0.01
-"""The chance that any drift at all is named between two runs of the same (Holm 1979)."""
+LEVEL = 0.01  # the chance that any drift at all is named between two runs of the same (Holm 1979)
 
 _TIMES, _SHORTEST = ("us", "ns"), 1000
 """Ends of the names of times, and how many of their units are too few to tell 1 % by."""

@@ -24,8 +24,7 @@ from scenes.sticks.prototype import LUMINANCE
 SMOOTHED_PX = 1.0, 4.0
 """Standard deviations of Gaussians by which pictures are smoothed before they are compared."""
 
-NAMED = 0.4
-"""The least share of the squared difference that a cause must explain to be named."""
+NAMED = 0.4  # the least share of the squared difference that a cause must explain to be named
 
 PARSIMONY = 0.03
 """A cause that was tried later must explain this much more than one that was tried before."""

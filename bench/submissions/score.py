@@ -45,8 +45,7 @@ MOST_SKY = 0.02  # how far the luminance of the clear sky may be off: no method 
 MOST_ZOOM, MOST_SHIFT_PX = 0.004, 0.5
 """How far the camera may be off: enlargement, and movement of the picture [px]."""
 
-LEAST_SHARE = 0.01
-"""Bands are judged that fill at least this share of the picture."""
+LEAST_SHARE = 0.01  # bands are judged that fill at least this share of the picture
 
 LEAST_STRUCTURE = 0.5
 """What a band keeps is judged where so much of the reference's structure is no noise."""

@@ -29,11 +29,8 @@ from lod.actors.object_with_parts import (
 from scenes.actors.body import Body, CameraBody, Posture
 from scenes.actors.performance import PHASE, YAW, Eye, Held, X, Y
 
-CAMERA = "camera"
-"""Name of the camera among the actors."""
-
-Height = Callable[[float, float], float]
-"""Height of the ground at a place [m]."""
+CAMERA = "camera"  # name of the camera among the actors
+Height = Callable[[float, float], float]  # height of the ground at a place [m]
 
 _GONE = (np.nan,) * 10
 _SPEED, _SPIN, _CADENCE, _WENT, _TIME = range(6, 11)

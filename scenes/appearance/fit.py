@@ -43,8 +43,7 @@ WORTH = 0.01  # least share of what a part covers that the sticks that stay have
 STEPS = 3  # steps to the right cover from each elevation
 
 
-CODE = ("lod", "scenes.sticks", "scenes.appearance")
-"""Sources that a fit depends on."""
+CODE = ("lod", "scenes.sticks", "scenes.appearance")  # sources that a fit depends on
 
 _COLUMNS = tuple(each.name for each in fields(StickTable))
 
@@ -67,8 +66,7 @@ SEEN_FROM = (0, 2, 4)  # elevations, as rows of ELEVATIONS_DEG, over which cover
 GREATEST, LEAST = 0.97, -1.5
 """Bounds on an overlap."""
 
-TOLERANCE = 2e-3
-"""How near its cover is to be, relative."""
+TOLERANCE = 2e-3  # how near its cover is to be, relative
 
 _STEPS = 4
 _NOTHING = 1e-6  # a share of area at which a stick is too thin to be met

@@ -18,8 +18,7 @@ from scenes.sticks.prototype import Shapes
 
 BOX_M = 0.25  # side of a box [m]
 
-NOTHING = np.inf
-"""Distance of the first shape along a ray that meets none."""
+NOTHING = np.inf  # distance of the first shape along a ray that meets none
 
 
 class Grids(NamedTuple):

@@ -137,8 +137,7 @@ def at_motion(motion: Reals, at_step: Callable[[int, Ints], Reals]) -> Reals:
     return found
 
 
-_SHORTEST_RUN = 16384
-"""Parts for which another thread is worth its start."""
+_SHORTEST_RUN = 16384  # parts for which another thread is worth its start
 
 _GOLDEN = (math.sqrt(5) - 1) / 2  # multiples of it fall evenly on 0 to 1 (Weyl)
 
@@ -377,8 +376,7 @@ def _shown(prototype: RiggedPrototype) -> tuple[RiggedSticks, ViewDependence]:
     return leaf.take(shown), replace(views, table_row=rows) if len(views.table_row) else views
 
 
-PLAIN = 4.0
-"""How much wider a mesh stands for so many like it that its bends are not seen."""
+PLAIN = 4.0  # how much wider a mesh stands for so many like it that its bends are not seen
 
 TONE = 0.03
 """Power of how much wider a mesh is by which it gets darker. Few wide blades shade one another, and

@@ -112,8 +112,7 @@ as it fills."""
 _UNKNOWN, _FAILS, _PASSES, _BY_VIEW, _BY_POSITION = 0, 1, 2, 3, 4
 """What is known of a part's test before its position: its outcome, or what decides it."""
 
-_SHORTEST_RUN = 256
-"""Objects for which another thread is worth its start."""
+_SHORTEST_RUN = 256  # objects for which another thread is worth its start
 
 
 class DisplayedRows(NamedTuple):

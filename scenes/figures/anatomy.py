@@ -28,11 +28,8 @@ Share = Annotated[Number, Field(ge=0, le=1)]
 Triple = tuple[Number, Number, Number]
 Colour = tuple[Share, Share, Share]
 
-SIDES = {"left": 1.0, "right": -1.0}
-"""Sign of y on each side."""
-
-MEAN = "mean"
-"""Material of a blob: the mean tint of everything that it replaces, by outline area."""
+SIDES = {"left": 1.0, "right": -1.0}  # sign of y on each side
+MEAN = "mean"  # material of a blob: the mean tint of everything that it replaces, by outline area
 
 
 class Table(BaseModel):

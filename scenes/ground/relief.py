@@ -45,8 +45,7 @@ class Ground(Protocol):
         """Lowest and highest that the ground can be anywhere [m]."""
 
 
-SHORTEST_M = 0.25
-"""Wavelength of the last octave; smaller bumps count as grass [m]."""
+SHORTEST_M = 0.25  # wavelength of the last octave; smaller bumps count as grass [m]
 
 LIKELY_RMS = 4.0  # how many times its RMS a sum of octaves rarely is away from its mean
 

@@ -115,8 +115,7 @@ Tints = Float64[np.ndarray, "t 3"]
 
 END_STICKS = 3  # sticks of one end at most
 
-TINTS = 24
-"""Tints of a model at most."""
+TINTS = 24  # tints of a model at most
 
 
 def model_appearances(tree: PartTree, area: Reals) -> tuple[StickTable, Tints, FittedAppearances]:
@@ -211,8 +210,7 @@ def motion_of(tree: PartTree, rig: Rig) -> Motion:
     return Motion(rotations, np.zeros((keys, 3)), 0.0, tree.period)
 
 
-CELLS = 160
-"""Of the longer side of a projected part."""
+CELLS = 160  # of the longer side of a projected part
 
 
 def projected_areas(

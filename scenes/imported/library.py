@@ -32,8 +32,7 @@ from scenes.processes.cache import kept
 _BROKEN = ArithmeticError, AttributeError, LookupError, RuntimeError, TypeError, ValueError
 """What libraries, and what is made of their results, meet in a file that is not as it must be."""
 
-FORMAT = 1
-"""Version of the file; one of another version is refused."""
+FORMAT = 1  # version of the file; one of another version is refused
 
 
 def pack(tree: PartTree) -> bytes:

@@ -25,8 +25,7 @@ from scenes.model_files import CLOSED, first_error
 MOST_NODES, MOST_TRIANGLES = 50_000, 2_000_000
 """Nodes and triangles of one model at most: what a process can hold, prune and measure."""
 
-MOST_BYTES = 2**29
-"""Of a file, and of all that it names, at most."""
+MOST_BYTES = 2**29  # of a file, and of all that it names, at most
 
 OBJECT_FROM_Y_UP = np.array([[0, 0, 1, 0], [1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1.0]])
 """x ahead, y left and z up, from x left, y up and z ahead."""

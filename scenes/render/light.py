@@ -167,8 +167,7 @@ def sun(light: Description) -> Description:
 HORIZON_DEG = 0.5
 """Elevation of the airlight: the sky model darkens towards 0°, within its last half degree."""
 
-AZIMUTHS = 1440
-"""Rows of a table of airlight, evenly spaced clockwise from north."""
+AZIMUTHS = 1440  # rows of a table of airlight, evenly spaced clockwise from north
 
 
 def horizon(light: Description) -> np.ndarray:

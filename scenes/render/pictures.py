@@ -106,11 +106,8 @@ def auto_exposure(rgb: np.ndarray) -> float:
     return KEY / math.exp(float(np.log(lit).mean())) if len(lit) else 1.0
 
 
-LEVELS = 13
-"""Levels that have a colour of their own; finer ones have that of the last."""
-
-SKY = (214, 218, 222)
-"""Where nothing is met."""
+LEVELS = 13  # levels that have a colour of their own; finer ones have that of the last
+SKY = (214, 218, 222)  # where nothing is met
 
 _VIRIDIS = np.array(
     ((68, 1, 84), (59, 82, 139), (33, 145, 140), (94, 201, 98), (253, 231, 37)), np.float64

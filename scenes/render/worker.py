@@ -36,8 +36,7 @@ from scenes.render.exr.header import Record, Settings
 from scenes.render.exr.sequence import FrameFailed, Job, render_sequence
 from scenes.render.variants import trusting
 
-MOST_TRIES = 3
-"""How often a frame may kill its worker."""
+MOST_TRIES = 3  # how often a frame may kill its worker
 
 MOST_ESTIMATED = 16
 """Frames of a sequence whose memory is estimated before the first of them is rendered."""

@@ -188,8 +188,7 @@ def _shared_keys(motions: list[Motion]) -> tuple[np.ndarray, np.ndarray]:
     return np.array(starts), np.concatenate(rows)
 
 
-_SHORTEST_RUN = 16384
-"""Points for which another thread is worth its start."""
+_SHORTEST_RUN = 16384  # points for which another thread is worth its start
 
 _UNKNOWN, _MARKED, POSED = 0, 1, 2
 """How far the frame of a joint is."""
@@ -227,8 +226,7 @@ class Pose(NamedTuple):
     sin: float
 
 
-NO_POSE = Pose(0, 0, 0, 0, 0, 0.0, 0.0, 0.0)
-"""A pose before any object is begun."""
+NO_POSE = Pose(0, 0, 0, 0, 0, 0.0, 0.0, 0.0)  # a pose before any object is begun
 
 
 def pose_points(

@@ -214,8 +214,7 @@ def _largest_areas(rig: Rig, leaf: RiggedSticks) -> Reals:
     return areas
 
 
-CELLS = 24
-"""Cells along the edge of the cube."""
+CELLS = 24  # cells along the edge of the cube
 
 STEP_DEG = 7.5  # largest step between angles
 

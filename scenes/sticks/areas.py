@@ -143,8 +143,7 @@ def _lengths(table: StickTable) -> Reals:
     return np.sqrt((axis * axis).sum(axis=1))
 
 
-MOST_TRIANGLES = 12
-"""Most triangles of one part; the work doubles with each."""
+MOST_TRIANGLES = 12  # most triangles of one part; the work doubles with each
 
 
 def largest_flat_areas(meshes: MeshTable) -> Reals:

@@ -226,8 +226,7 @@ def _run_all(
     return failed
 
 
-_MOST = 5
-"""Claims that a run prints; the report has all."""
+_MOST = 5  # claims that a run prints; the report has all
 
 
 def _tell(out: Output, name: str, path: Path, claims: tuple["Claim", ...], kept: bool) -> None:

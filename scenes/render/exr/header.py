@@ -88,8 +88,7 @@ def _from_json(text: str) -> Any:
 
 PREFIX = "lod:"
 FRAME = f"{PREFIX}frame"
-VIEWS = ["left", "right"]
-"""The eyes of a pair; a plain reader sees the first."""
+VIEWS = ["left", "right"]  # the eyes of a pair; a plain reader sees the first
 
 _PRESET = f"{PREFIX}preset."
 """Before every key of a preset, which so shares no name with what the camera is in this frame."""
