@@ -30,7 +30,6 @@ Table = tuple[tuple[str, ...], list[tuple[str, ...]]]
 
 Own = Literal["metric", "stems", "preset"]
 OwnPreset = tuple[str, Preset]  # the name of a preset, or of its file, and the preset
-
 EffortName = Literal["full", "quick"]  # how much a run measures: everything, or enough to try it
 
 

@@ -11,7 +11,6 @@ BUILDING_SEEDS = 1000
 """The largest seed of a world that may be looked at while a scene or its pruning is built."""
 
 QUICK_SEED = 900  # the first seed of a world that quick runs look at
-
 _SERIES = 1000  # how far the series of two experiments are apart among judged seeds
 
 

@@ -230,7 +230,6 @@ def simulated_plots(record: Record) -> Iterator[Plot]:
 
 
 FINER = 4  # how many times as fine as the shipped one the detail of the reference is
-
 DISTANCES = 60, 30  # pixels per degree: of the observers here, and of somebody half as far away
 
 SAID = {

@@ -49,7 +49,6 @@ from scenes.sticks.prototype import Prototype
 SPECIES = ("figure", "tree")
 WIDTH_PX, STEP_M, FRAMES = 640, 2.0, 8
 DENSER = {"figure": 0.25, "tree": 1.0}  # density ÷ that of the experiment `viewing`
-
 SIZED = 8  # the number of fields of which the size and distance of every switch are recorded
 
 # Walks that are rendered.
@@ -87,7 +86,6 @@ QUANTILE = 0.9999  # of the residual over the pixels of a walk
 SHIPPED, CLIPPED = "as shipped", "clipped"
 SHIPPED_WAYS: dict[str, tuple[str, ...]] = {SHIPPED: (), CLIPPED: ("view.fade=0",)}
 SPEED = "camera.speed=1.4"  # as fast as one walks [m/s], where the preset's eye stands still
-
 AT_ONCE = 8  # the most pairs of frames of a case
 
 

@@ -54,14 +54,12 @@ PIXELS = {"figure": (10.0, 20.0), "tree": (80.0, 160.0)}
 """Details τ of a picture 640 pixels wide across 60° [px], by what stands there."""
 
 BUDGET = {"figure": 1500, "tree": 8000}  # parts that a frame may hold
-
 SHARE = 0.99  # share of frames that is to be within a budget
 STEP_M = 10.0  # the way between two frames of a walk [m]: a fraction of what an eye sees
 
 MAPPED = "stems of a map"
 
 Stems = tuple[str, str]  # the path of a map of stems, and the SHA-256 of the file
-
 Named = tuple[str, Stems | None]  # a pattern by its name, and the map that it is of
 
 

@@ -200,7 +200,6 @@ BIG, SMALL = SIZES[len(BOUNDS_M) - 1 :], SIZES[: len(BOUNDS_M) - 1]
 _LAW, _DERIVED = "§2.1, §4.1", "derived: docs/method.md"
 HAZE_KIND = "species", "viewer", "width"  # the keys that points of different visibility share
 
-
 _row = partial(claim, unit="field", source=_DERIVED, alone=UNREPLICATED)
 _check = partial(_row, source=_LAW, kind="verification")
 

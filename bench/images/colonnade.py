@@ -38,9 +38,7 @@ FOV_DEG, SIZE_PX, EYE_M = 132.0, (960, 216), 2.6
 LIGHT = Light(sun_azimuth_deg=200.0, sun_elevation_deg=40.0)
 FINEST = 1e-9  # detail at which nothing is pruned [px]
 
-
 Picture = Float64[np.ndarray, "height width"]
-
 
 Shot = tuple[str, float]
 """One way to prune: a member of the metric family and its detail threshold τ [px]."""

@@ -196,7 +196,6 @@ def _visible(each: Representation, view: View) -> DisplayedRepresentation:
 
 
 PRUNED_AND_WHOLE = "pruned", "whole"  # the names of both pictures
-
 Bands = tuple[Column, ...]  # the columns of sums in each band, of each picture
 
 

@@ -59,7 +59,6 @@ VIEWS = {
     "hazy": ("air.visibility=2km",),
 }
 GRASS = "grass"  # a view of nothing but grass, whose blades are far longer than they are wide
-
 SWEPT = ("eye level", "aerial", GRASS)  # the views in which metrics are compared
 
 METRICS_TRIED = ("blake", "bounded", "solid_angle", "depth")

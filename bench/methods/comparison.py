@@ -35,8 +35,6 @@ BAND_MARGIN = 0.02
 """How far coverage and luminance of a band may be from the reference's, as a share."""
 
 WORTH_JUDGING = 0.01  # bands are judged in which things cover at least this share of the picture
-
-
 MARGIN = 0.05  # the share of time or memory within which methods are equivalent
 
 

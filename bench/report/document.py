@@ -60,7 +60,6 @@ def verified(claims: Sequence[Claim]) -> str:
 
 _EXPECTED = ("1 more is an expected violation.", "{} more are expected violations.")
 
-
 CLAIM_HEADS = ("verdict", "condition", "claimed", "measured (95 %)", "unit", "source", "name")
 
 

@@ -30,7 +30,6 @@ VectorLike = Sequence[float] | np.ndarray
 Components = tuple[float, float, float, float]
 """i, j, k and the real part."""
 
-
 Quaternion: TypeAlias = Quaternion4f64
 
 EAST: Vector = (1.0, 0.0, 0.0)

@@ -41,8 +41,6 @@ MOSTLY = 0.4
 
 WORTH = 0.01  # least share of what a part covers that the sticks that stay have together
 STEPS = 3  # steps to the right cover from each elevation
-
-
 CODE = ("lod", "scenes.sticks", "scenes.appearance")  # sources that a fit depends on
 
 _COLUMNS = tuple(each.name for each in fields(StickTable))

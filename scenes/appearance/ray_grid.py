@@ -17,7 +17,6 @@ from lod.shapes import StickTable
 from scenes.sticks.prototype import Shapes
 
 BOX_M = 0.25  # side of a box [m]
-
 NOTHING = np.inf  # distance of the first shape along a ray that meets none
 
 

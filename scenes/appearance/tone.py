@@ -30,7 +30,6 @@ SIZE_M = 10.0
 """Range R that objects are scaled to, so that rays go through boxes of a like size [m]."""
 
 BOUNDS = 0.05, 2.5  # least and greatest tone
-
 FAINT = 0.03  # share of an object's light below which shapes keep their own albedo
 
 _SEED = 0x70E
@@ -39,7 +38,6 @@ _CIRCLE = np.array((0.5, *(1.0,) * (len(AZIMUTHS_DEG) - 2), 0.5)) / (len(AZIMUTH
 """Share of the circle that each of AZIMUTHS_DEG stands for."""
 
 _OFFSET_M = 1e-4  # distance from a surface at which rays leave it [m]
-
 _BLOCK = 1024  # number of lines whose light is added up at once
 
 _GOLDEN = (math.sqrt(5) - 1) / 2

@@ -138,7 +138,6 @@ def at_motion(motion: Reals, at_step: Callable[[int, Ints], Reals]) -> Reals:
 
 
 _SHORTEST_RUN = 16384  # parts for which another thread is worth its start
-
 _GOLDEN = (math.sqrt(5) - 1) / 2  # multiples of it fall evenly on 0 to 1 (Weyl)
 
 

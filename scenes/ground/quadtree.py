@@ -50,7 +50,6 @@ SIDES = ((0, -1), (1, 0), (0, 1), (-1, 0))
 QUARTERS = np.array(((0, 0), (1, 0), (0, 1), (1, 1)))
 """Places of the quarters of a square, counted in their own sides."""
 
-
 Squares = tuple[Int64[np.ndarray, " q"], Int64[np.ndarray, " q"], Int64[np.ndarray, " q"]]
 """Level, x and y of squares of a quadtree, x and y counted in their own sides."""
 

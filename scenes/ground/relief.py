@@ -46,7 +46,6 @@ class Ground(Protocol):
 
 
 SHORTEST_M = 0.25  # wavelength of the last octave; smaller bumps count as grass [m]
-
 LIKELY_RMS = 4.0  # how many times its RMS a sum of octaves rarely is away from its mean
 
 _STREAM = 0x52454C494546

@@ -114,7 +114,6 @@ def surface_balls(meshes: MeshTable) -> tuple[StickTable, Points]:
 Tints = Float64[np.ndarray, "t 3"]
 
 END_STICKS = 3  # sticks of one end at most
-
 TINTS = 24  # tints of a model at most
 
 

@@ -33,7 +33,6 @@ OBJECT_FROM_Y_UP = np.array([[0, 0, 1, 0], [1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0,
 SMALLEST_M, LARGEST_M = 1e-3, 1e4
 """Sides of the box about a model, the longest of them, from a pebble's to a mountain's [m]."""
 
-
 OWN_COLUMNS = ("parent", "level", "frame", "axis", "turns", "swing")
 MESH_COLUMNS = ("first_vertex", "first_face", "vertices", "normals", "colours", "faces")
 

@@ -170,7 +170,6 @@ TINTS = np.concatenate((STONE, LICHEN))
 by eye."""
 
 SIDE_M = 2.0  # side of the octree's cube
-
 DEPTH = 6  # finest cells are 2^-DEPTH of the cube: 3 cm
 
 _PLANES, _ROUNDED = 11, 0.07

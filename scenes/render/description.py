@@ -36,7 +36,6 @@ from scenes.frame.frame_input import DisplayedRepresentation, FrameInput
 Description = dict[str, Any]  # nested dicts of numbers, text and arrays (see ``describe_frame``)
 MEDIUM = "medium"  # what the box of air is called, where the air is part of the scene
 
-
 MOST_SEGMENTS = 2**23
 """Segments in one shape: the renderer hands back their numbers as float32, exact below 2**24."""
 

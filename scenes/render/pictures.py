@@ -38,7 +38,6 @@ KEY = 0.18
 
 _DARKEST = 1e-4
 
-
 _WHITE = 4.0  # exposed light that ``reinhard`` makes white
 
 TONE_CURVES: dict[str, Callable[[np.ndarray], np.ndarray]] = {
@@ -49,7 +48,6 @@ TONE_CURVES: dict[str, Callable[[np.ndarray], np.ndarray]] = {
 """From exposed light to display light, on each channel, before it is cut off at 1: Narkowicz's fit
 to the ACES filmic curve ("ACES Filmic Tone Mapping Curve", 2015); Reinhard et al. 2002, equation 4;
 none."""
-
 
 VIEWS = ("colour", "level", "species")
 """The light of a frame, or the detail level of what is met, without or with its species."""

@@ -215,7 +215,6 @@ def _largest_areas(rig: Rig, leaf: RiggedSticks) -> Reals:
 
 
 CELLS = 24  # cells along the edge of the cube
-
 STEP_DEG = 7.5  # largest step between angles
 
 

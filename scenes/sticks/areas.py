@@ -51,7 +51,6 @@ FINE, COARSE = 12.0, 5.0
 
 MOST_ROWS = 4096
 
-
 Directions = Float64[np.ndarray, "d 3"]
 
 DIRECTIONS = 64  # directions over which composites are measured: about 10° apart from any other

@@ -206,7 +206,6 @@ def software() -> str:
 Settings = Mapping[str, Any]
 """A preset as plain data, with the software that renders it (``frame_settings``)."""
 
-
 _BESIDE = ("software", "track")  # what settings hold beside a preset
 
 Record = dict[str, Any]

@@ -90,7 +90,6 @@ def _own_digest(file: BinaryIO) -> tuple[int, str]:
 
 _TYPES = {"float16": "half", "float32": "float", "uint32": "uint"}
 
-
 TYPES = ("CryptoObject", "CryptoSpecies")
 RANKS = 6  # ids in a pixel, those that cover most of it; the specification suggests six
 
