@@ -29,8 +29,7 @@ COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00")
 MARKERS, GLYPHS = ("o", "s", "^", "D", "v", "P"), ("●■▲◆▼✚", "○□△◇▽✚")
 """Markers of curves, and how text shows them: filled, and hollow from the seventh curve on."""
 
-WIDTH, HEIGHT = 340, 270
-"""The size of a panel, in CSS pixels where it is shown at its own size."""
+WIDTH, HEIGHT = 340, 270  # the size of a panel, in CSS pixels where it is shown at its own size
 
 LETTERS = 12  # the size of all letters [CSS pixels]
 

@@ -44,8 +44,7 @@ from scenes.field.species_field import Species, SpeciesField
 
 DENSITY = 3.6e-3  # k of every pattern but that of a map [1/m²]
 
-TIGHT, WIDE = (10.0, 8.0), (40.0, 25.0)
-"""Members of a cluster, and its deviation [m]."""
+TIGHT, WIDE = (10.0, 8.0), (40.0, 25.0)  # members of a cluster, and its deviation [m]
 
 PACKED = 0.6
 """Share of the ground that discs of a regular pattern's core would cover, were they all apart."""

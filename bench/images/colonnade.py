@@ -168,8 +168,7 @@ def errors(pruned: np.ndarray, whole: np.ndarray, owner: np.ndarray) -> dict[str
 BLAKE, DEPTH = ("blake", 8.0), ("depth", 12.0)
 """The metric and the detail of both cuts that are compared: they display about as many parts."""
 
-MIDDLE, OUTER = COUNT // 2, (0, COUNT - 1)
-"""Numbers of the middle column, and of both ends."""
+MIDDLE, OUTER = COUNT // 2, (0, COUNT - 1)  # numbers of the middle column, and of both ends
 
 
 def columns_of(points: Sequence[Point], shot: Shot) -> list[Point]:

@@ -30,8 +30,7 @@ from scenes.scene import Scene, frame_quality
 SIZES = {"small": 1e3, "medium": 1e4, "large": 1e5}
 """Objects of a pack by the size in its name; as many on average as grow there."""
 
-WALK_FRAMES, WALK_SIZE = 24, (320, 180)
-"""Frames of the walk, and their width and height [px]."""
+WALK_FRAMES, WALK_SIZE = 24, (320, 180)  # frames of the walk, and their width and height [px]
 
 _AHEAD = 0.4  # how far behind the middle of the window the camera stands, as a share of its side
 

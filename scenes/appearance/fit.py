@@ -61,8 +61,7 @@ _STEP = 0.7
 
 SEEN_FROM = (0, 2, 4)  # elevations, as rows of ELEVATIONS_DEG, over which cover is compared
 
-GREATEST, LEAST = 0.97, -1.5
-"""Bounds on an overlap."""
+GREATEST, LEAST = 0.97, -1.5  # bounds on an overlap
 
 TOLERANCE = 2e-3  # how near its cover is to be, relative
 

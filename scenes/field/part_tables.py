@@ -54,8 +54,7 @@ from scenes.sticks.areas import (
 _DISTANCES = np.geomspace(1e-4, 1.0, 384)
 """Distances at which shares are tabled, over the farthest limit distance."""
 
-WHOLE, RIGID = -2, -1
-"""Kinds of wholes whose parts thin out, and of what does not thin out."""
+WHOLE, RIGID = -2, -1  # kinds of wholes whose parts thin out, and of what does not thin out
 
 
 @dataclass(frozen=True, eq=False)

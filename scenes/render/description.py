@@ -221,8 +221,7 @@ def _lay(sticks, number, first_row, begin, laid, found):  # type: ignore[no-unty
     return place
 
 
-ASYMMETRY, ALBEDO = 0.71, 0.97
-"""Asymmetry and albedo of single scattering."""
+ASYMMETRY, ALBEDO = 0.71, 0.97  # asymmetry and albedo of single scattering
 
 HEIGHT_M, DEPTH_M = 10.0, 1.0
 """How far the box reaches above and below all that is displayed and the eye [m]."""
