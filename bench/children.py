@@ -70,12 +70,7 @@ def run_timed(
     """
     before, start = os.times(), time.perf_counter()
     done = subprocess.run(
-        words,
-        input=asked,
-        env=environment,
-        stdout=subprocess.PIPE,
-        timeout=timeout_s,
-        check=True,
+        words, input=asked, env=environment, stdout=subprocess.PIPE, timeout=timeout_s, check=True
     )
     wall, after = time.perf_counter() - start, os.times()
     cpu = after.children_user - before.children_user

@@ -359,7 +359,6 @@ RULES: dict[str, Rule] = {
     )
 }
 
-
 _GROUND = Terrain(seed=4, amplitude=0.4, wavelength=16.0, hurst=0.8, reach=100.0, finest=1.0)
 _EXTENT_M, _DENSITY = 6.0, 0.1
 _ANGLES = (1e-5, 1e-3, 0.1)

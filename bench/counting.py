@@ -47,8 +47,7 @@ EYE_HEIGHT_M = 1.6
 
 FLAT = Terrain(seed=0, amplitude=0.0, wavelength=1024.0, hurst=1.0, reach=1000.0)
 
-HILLS_M = 512.0
-"""The longest wave of hilly ground [m]."""
+HILLS_M = 512.0  # the longest wave of hilly ground [m]
 
 KEPT = {"evenly": 1.0, "patches": 0.25, "slope": 0.5, "clearing": 1.0}
 """The share of an even field that is left: of patches, at the eye, or at a clearing's edge."""
@@ -58,8 +57,7 @@ COLUMNS = ("objects", "parts", "objects_examined", "parts_examined")
 
 Row = tuple[int, ...]
 
-_NODES = 2**18
-"""Nodes of the integral over hilly ground."""
+_NODES = 2**18  # nodes of the integral over hilly ground
 
 _STANDING = {
     "figure": lambda: standing_people(0, 4),
@@ -176,8 +174,7 @@ BEYOND = {
 }
 """Sweeps of what the flat-ground model leaves out, the mildest case first."""
 
-_DECADES = 2.02
-"""A little more than two decades, so that whole pixels do not fall short of two."""
+_DECADES = 2.02  # a little more than two decades, so that whole pixels do not fall short of two
 
 
 @dataclass(frozen=True)
@@ -287,7 +284,6 @@ def beyond_grid() -> list[Case]:
 
 
 def _at(case: Case, m: float) -> Case:
-    """Return the case with the detail threshold that gives this m."""
     return replace(case, detail=float(m / _theta(case.width, case.fov)))
 
 

@@ -29,11 +29,8 @@ Table = tuple[tuple[str, ...], list[tuple[str, ...]]]
 """A table: the heads of its columns, and its rows."""
 
 Own = Literal["metric", "stems", "preset"]
-OwnPreset = tuple[str, Preset]
-"""The name of a preset, or of its file, and the preset."""
-
-EffortName = Literal["full", "quick"]
-"""How much a run measures: everything, or enough to try it."""
+OwnPreset = tuple[str, Preset]  # the name of a preset, or of its file, and the preset
+EffortName = Literal["full", "quick"]  # how much a run measures: everything, or enough to try it
 
 
 def silent(done: int, total: int, what: str) -> None:
@@ -64,7 +61,6 @@ class Topic:
     full, quick  sizes of a full run, and those that are others in a quick one. Time is spent on
                  fields first, on pixels second and on samples of a pixel last, for fields are the
                  replicates
-    plan         function from the sizes to lines that say what its time is spent on
     seconds      how long a full and a quick run take on two cores, for estimates of time alone
     apart        whether ``run all`` leaves it out for its length, and so does the experiment's own
                  name where there are others
@@ -81,7 +77,6 @@ class Topic:
     tables: Callable[["Record"], Iterable[tuple[str, Table]]] = _nothing
     full: Mapping[str, Any] = field(default_factory=dict)
     quick: Mapping[str, Any] = field(default_factory=dict)
-    plan: Callable[..., Sequence[str]] = _nothing
     seconds: tuple[float, float]
     apart: bool = False
     accepts: tuple[Own, ...] = ()

@@ -148,7 +148,6 @@ def preset_costs(overrides: list[str], variant: str, frames: int) -> dict[str, A
 
 
 def _metric_us(tests: int) -> int:
-    """Time the metric alone on so many parts, the second time [µs]."""
     x, y, z, D = np.random.default_rng(0).random((4, tests))
     for _ in range(2):
         start = time.perf_counter()

@@ -40,8 +40,7 @@ class Move:
         return tuple(f"{key}={value}" for key, value in keys.items())
 
 
-FAST = Move(90.0, 0.0, 180.0)
-"""The move that is rendered, too."""
+FAST = Move(90.0, 0.0, 180.0)  # the move that is rendered, too
 
 MOVES = (
     *(Move(turn, 0.0, 180.0) for turn in (0.0, 5.0, 15.0, 45.0, FAST.turn, 180.0)),
@@ -49,8 +48,7 @@ MOVES = (
 )
 """Pans, and a walk ahead."""
 
-BARE = "species.sward.density=0"
-"""Without grass, of which a whole field has too much to count."""
+BARE = "species.sward.density=0"  # without grass, of which a whole field has too much to count
 
 FINITE = "world.extent=400"
 COUNTED_FRAME, PICTURED_FRAME = 5, 2

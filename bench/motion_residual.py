@@ -39,8 +39,7 @@ from scenes.render.render import build_frame, trace
 from scenes.scene import Scene, frame_quality
 from scenes.sticks.prototype import LUMINANCE
 
-AT_FULL_SIZE = 0.5
-"""The share of itself from which on a part that comes or goes is said to pop."""
+AT_FULL_SIZE = 0.5  # the share of itself from which on a part that comes or goes is said to pop
 
 SKY_SHARE = 0.25
 """The share of the light on a face beneath the sun that comes from the sky, in shaded pictures."""
@@ -93,10 +92,9 @@ class Frame:
         return found
 
 
-def frames_of(scenes: Sequence[Scene], frames: Sequence[int]) -> Iterator[Frame]:
-    """Yield the frames of a walk, one after the other, of each of these scenes in turn."""
+def frames_of(scene: Scene, frames: Sequence[int]) -> Iterator[Frame]:
+    """Yield the frames of a walk, one after the other."""
     for number in frames:
-        scene = scenes[number % len(scenes)]
         view, shown, seen = scene.view(number), [], {}
         for each in scene.world.representations:
             cut = prune(each, view)
@@ -156,36 +154,29 @@ class Walk:
     """A measured walk: columns over its frames but the first, (f − 1, …).
 
     popped    parts that came or went at full size
-    residual  change of every pixel after motion compensation; frames have samples of their own
-    switched  that change where both frames have the same samples, so that no noise is left
+    switched  change of every pixel after motion compensation; both frames have the same samples, so
+              that no noise is left
     """
 
     popped: np.ndarray
-    residual: np.ndarray
     switched: np.ndarray
 
     def __post_init__(self) -> None:
-        freeze(self, popped=np.int64, residual=np.float32, switched=np.float32)
+        freeze(self, popped=np.int64, switched=np.float32)
 
 
-def measure_walk(
-    scenes: Sequence[Scene], frames: Sequence[int], variant: str, shaded: bool = False
-) -> Walk:
-    """Measure consecutive frames of a walk, of each of these scenes in turn.
-
-    ``shaded`` says whether pictures are shaded by the sun.
-    """
-    light, quality = scenes[0].light, frame_quality(scenes[0].preset, variant)
+def measure_walk(scene: Scene, frames: Sequence[int], variant: str, shaded: bool = False) -> Walk:
+    """Measure consecutive frames of a walk; ``shaded``: whether pictures are shaded by the sun."""
+    light, quality = scene.light, frame_quality(scene.preset, variant)
     counts, changes, before = [], [], None
-    for number, after in zip(frames, frames_of(scenes, frames), strict=True):
+    for number, after in zip(frames, frames_of(scene, frames), strict=True):
         if before is not None:
-            at = after.view.camera, after.view.time_s, light, quality
-            moved, alike = silhouettes(before.shown, *at, (number - 1, number), shaded)
-            (now,) = silhouettes(after.shown, *at, (number,), shaded)
+            at = after.view.camera, after.view.time_s, light, quality, (number,), shaded
+            (moved,), (now,) = (silhouettes(each.shown, *at) for each in (before, after))
             counts.append(popped(before, after))
-            changes.append((abs(now - moved), abs(now - alike)))
+            changes.append(abs(now - moved))
         before = after
-    return Walk(np.array(counts), *(np.stack(each) for each in zip(*changes, strict=True)))
+    return Walk(np.array(counts), np.stack(changes))
 
 
 def silhouettes(

@@ -33,8 +33,7 @@ SIZES = ("under 0.1 m", "0.1 to 0.3 m", "0.3 to 1 m", "1 to 3 m", "over 3 m")
 DENSITY = {"figure": 2e-3, "tree": 1e-5}
 """K of each species [1/m²] at COARSE_M: a field has thousands of objects."""
 
-COARSE_M = 2 * math.tan(math.radians(30)) / 640
-"""m of one pixel of 640 across 60° [rad]."""
+COARSE_M = 2 * math.tan(math.radians(30)) / 640  # m of one pixel of 640 across 60° [rad]
 
 
 def camera(width: int) -> Camera:

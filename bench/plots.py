@@ -29,11 +29,9 @@ COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00")
 MARKERS, GLYPHS = ("o", "s", "^", "D", "v", "P"), ("●■▲◆▼✚", "○□△◇▽✚")
 """Markers of curves, and how text shows them: filled, and hollow from the seventh curve on."""
 
-WIDTH, HEIGHT = 340, 270
-"""The size of a panel, in CSS pixels where it is shown at its own size."""
+WIDTH, HEIGHT = 340, 270  # the size of a panel, in CSS pixels where it is shown at its own size
 
-LETTERS = 12
-"""The size of all letters [CSS pixels]."""
+LETTERS = 12  # the size of all letters [CSS pixels]
 
 _INK, _GRID, _PAPER, _GREY = "#1b1b1b", "#e3e3e3", "#fffffe", "#767676"
 _PAGE = {_INK: "currentColor", _GRID: "var(--grid, #e3e3e3)", _PAPER: "var(--paper, #fff)"}
@@ -42,14 +40,9 @@ _PAGE = {_INK: "currentColor", _GRID: "var(--grid, #e3e3e3)", _PAPER: "var(--pap
 FONTS = '-apple-system, "Segoe UI", Roboto, "Noto Sans", "Liberation Sans", Arial, sans-serif'
 """The letters of figures and pages: those of the reader's own system."""
 
-_MOST_MARKED = 25
-"""Curves of more points tell every n-th of them."""
-
-_MOST_LETTERS = 30
-"""Names of places with more letters in all are turned, or they would overlap."""
-
-_PER_INCH = 72
-"""The units of an SVG in an inch of the canvas."""
+_MOST_MARKED = 25  # curves of more points tell every n-th of them
+_MOST_LETTERS = 30  # names of places with more letters in all are turned, or they would overlap
+_PER_INCH = 72  # the units of an SVG in an inch of the canvas
 
 _STYLE: dict[Any, Any] = {
     "svg.hashsalt": "lodbench",  # the same plot has the same bytes
@@ -112,8 +105,7 @@ def estimated(
     return Curve(label, list(x), y, low, high, line)
 
 
-SIDE = 0.21
-"""How far the two bars of a place are from it."""
+SIDE = 0.21  # how far the two bars of a place are from it
 
 
 @dataclass(frozen=True)
@@ -329,7 +321,6 @@ def _key(name: str, labels: Sequence[str]) -> str:
 
 
 def _ticks(axis: Axis, most: int) -> None:
-    """Label an axis with plain numbers and powers of ten that have room."""
     low, high = axis.get_view_interval()
     axis.set_minor_formatter(NullFormatter())
     if axis.get_scale() == "linear":

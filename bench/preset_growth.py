@@ -39,8 +39,7 @@ METRICS = tuple(name for name in LIMITS if name != "full")
 MARGIN = 0.05
 """How far an exponent may be from that of the prediction, and a count from the prediction."""
 
-MOST_PARTS = 3e6
-"""The predicted parts from which on a step is left out."""
+MOST_PARTS = 3e6  # the predicted parts from which on a step is left out
 
 BEYOND = 2.0
 """The side, in limit distances on both sides of the eye, from which on the world is not felt."""
@@ -97,7 +96,6 @@ def measure(
 
 
 def _bytes_of(plain: Mapping[str, Any]) -> int:
-    """Sum the bytes of all arrays of a plain frame."""
     arrays = [a for shape in plain["shapes"].values() for a in shape.values()]
     arrays += [plain["ids"], *plain["owners"].values()]
     return sum(a.nbytes for a in arrays if isinstance(a, np.ndarray))
@@ -134,7 +132,6 @@ def _rows(points: Sequence[Point], *quantities: str) -> list[np.ndarray]:
 
 
 def _exponents(x: Rows, y: Rows) -> Reals:
-    """Fit y = a·x^b in each field, (fields, steps), and return every b, (fields,)."""
     pairs = zip(np.log(np.maximum(x, 1e-9)), np.log(np.maximum(y, 1.0)), strict=True)
     return np.array([np.polyfit(one, other, 1)[0] for one, other in pairs])
 

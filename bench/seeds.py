@@ -5,17 +5,13 @@ quick runs look at some of those. Full runs judge worlds from JUDGED_SEED on, wh
 the program was fitted to: every experiment has a series of its own there.
 """
 
-JUDGED_SEED = 4100
-"""The first seed of a world that is judged."""
+JUDGED_SEED = 4100  # the first seed of a world that is judged
 
 BUILDING_SEEDS = 1000
 """The largest seed of a world that may be looked at while a scene or its pruning is built."""
 
-QUICK_SEED = 900
-"""The first seed of a world that quick runs look at."""
-
-_SERIES = 1000
-"""How far the series of two experiments are apart among judged seeds."""
+QUICK_SEED = 900  # the first seed of a world that quick runs look at
+_SERIES = 1000  # how far the series of two experiments are apart among judged seeds
 
 
 def first_seed(unseen: bool, series: int = 0) -> int:

@@ -20,8 +20,7 @@ from scenes.render.render import build_frame
 from scenes.render.variants import JIT_VARIANT
 from scenes.scene import Scene
 
-DARK = 1e-2
-"""The number added to the squared radiance by which noise is divided, ÷ its mean square."""
+DARK = 1e-2  # the number added to the squared radiance by which noise is divided, ÷ its mean square
 
 
 def measure_tracing(preset: str, size: str, field: int, unseen: bool, seed: int) -> Point:

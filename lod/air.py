@@ -86,11 +86,6 @@ def _rayleigh(wavelengths_nm: tuple[float, ...]) -> np.ndarray:
     return frozen(area * _MOLECULES_PER_CM3 * 100.0, np.float64)
 
 
-def _particle_extinction(visibility_m: float, at_550: float, wavelengths_nm: Bands) -> Bands:
-    """β of particles from β at 550 nm, ``at_550``, by Ångström's law with q of V."""
-    return at_550 * (wavelengths_nm / REFERENCE_NM) ** -angstrom_exponent(visibility_m)
-
-
 @lru_cache(maxsize=1)
 def rgb_wavelengths() -> np.ndarray:
     """Give the effective wavelengths of red, green and blue, about 642.4, 543.0 and 440.9 nm, (3,).
@@ -137,8 +132,9 @@ def haze_extinction(air: Air, wavelengths_nm: Bands) -> Bands:
         most_km = math.log(1 / CONTRAST_THRESHOLD) / clean / 1000
         rule = f"at most {most_km:.0f} km, that of pure air"
         raise InputError("visibility", V, rule, "leave it out for clear air")
-    rayleigh = rayleigh_extinction(wavelengths_nm)
-    return rayleigh + _particle_extinction(V, total - clean, wavelengths_nm)
+    # Of particles by Ångström's law with q of V.
+    particles = (total - clean) * (wavelengths_nm / REFERENCE_NM) ** -angstrom_exponent(V)
+    return rayleigh_extinction(wavelengths_nm) + particles
 
 
 CLEAR = Air()

@@ -24,8 +24,7 @@ PLACEHOLDER = "####"
 LAST_FRAME, MOST_FRAMES = 999_999, 100_000
 """The highest number of a frame, and how many frames are rendered at once."""
 
-LONGEST_NAME = 255
-"""Bytes of a file's name that every usual file system takes."""
+LONGEST_NAME = 255  # bytes of a file's name that every usual file system takes
 
 _LONGEST_NUMBER = 6
 _SEARCHED = 2**16

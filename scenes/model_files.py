@@ -25,8 +25,7 @@ from pydantic import ConfigDict, TypeAdapter, ValidationError
 
 from lod.errors import InputError
 
-SUFFIXES = (".usda", ".usdc", ".usd", ".usdz", ".gltf", ".glb")
-"""Of scene files that can be read."""
+SUFFIXES = (".usda", ".usdc", ".usd", ".usdz", ".gltf", ".glb")  # of scene files that can be read
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,63}")
 
@@ -56,8 +55,7 @@ def user_model_path(name: str) -> Path:
     return models_folder() / f"{name}.npz"
 
 
-BUILT_IN = ("figure", "boulder", "sward")
-"""Models that Python code describes."""
+BUILT_IN = ("figure", "boulder", "sward")  # models that Python code describes
 
 
 @cache

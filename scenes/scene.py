@@ -120,12 +120,7 @@ def build_world(
             Placed(
                 name,
                 model_prototypes(
-                    each.model,
-                    each.prototype,
-                    (each.size,),
-                    each.walks,
-                    weather,
-                    each.model_sha256,
+                    each.model, each.prototype, (each.size,), each.walks, weather, each.model_sha256
                 )[-1],
                 *each.position,
                 each.heading,

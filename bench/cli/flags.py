@@ -55,8 +55,7 @@ FILE_KEYS = {
     "denoise": "output.denoise",
     "cryptomatte": "output.cryptomatte",
 }
-FLAG_KEYS = VIEW_KEYS | QUALITY_KEYS | FILE_KEYS
-"""The key that each flag sets, by the flag's name."""
+FLAG_KEYS = VIEW_KEYS | QUALITY_KEYS | FILE_KEYS  # the key that each flag sets, by the flag's name
 
 _TEXT = {"size", "metric", "smear", "visibility", "variant", "haze", "compression", "half"}
 
@@ -150,7 +149,6 @@ _PICTURE_FLAGS = (
 
 
 def _adding(flags: Sequence[Callable[[Command], Command]]) -> Callable[[Command], Command]:
-    """Return a decorator that adds flags to a command."""
     return lambda command: reduce(lambda made, flag: flag(made), reversed(flags), command)
 
 
@@ -210,7 +208,6 @@ def _number(text: str) -> int | float | str:
 
 
 EXCLUDES = (
-    ("resume", "overwrite", "one keeps what is done, the other replaces it"),
     ("view.detail", "view.max_parts", "a budget of parts chooses the detail"),
     ("view.detail", "reference", "a reference is as fine as memory allows"),
     ("view.max_parts", "reference", "a reference is as fine as memory allows"),
@@ -235,7 +232,7 @@ A rule is for the commands that have both flags.
 GROUPS = (
     ("What is seen", (*VIEW_KEYS, "density", "say", "settings")),
     ("How it is sampled", tuple(QUALITY_KEYS)),
-    ("Frames and their files", ("pattern", "frames", *FILE_KEYS, "resume", "overwrite")),
+    ("Frames and their files", ("pattern", "frames", *FILE_KEYS, "overwrite")),
     ("Previews", ("preview", "tone", "view", "exposure")),
     ("Memory and processors", ("max_memory", "reference", "threads", "cluster")),
 )

@@ -71,7 +71,6 @@ class Commands(click.Group):
 
 
 def _say_version(ctx: click.Context, _: click.Parameter, asked: bool) -> None:
-    """Print the version and leave; what is installed is looked up only when it is asked for."""
     if not asked or ctx.resilient_parsing:
         return
     from importlib import metadata

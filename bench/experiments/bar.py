@@ -43,8 +43,7 @@ MOST_SHARE, MOST_EXCESS = 0.2, 0.02
 """The most that FLIP is from its floor, as a share of the way to its ceiling, and as itself."""
 
 LEAST_JOD = {"still": 9.8, "walk": 9.5}
-LEAST_SHARE = 0.01
-"""The share of the rays that meet land from which on a band is judged."""
+LEAST_SHARE = 0.01  # the share of the rays that meet land from which on a band is judged
 
 OF = {"land": "land", "things": "what stands on it"}
 
@@ -149,7 +148,6 @@ def _walk_claims(points: Sequence[Point]) -> Iterator[Claim]:
 
 
 def _still_tables(record: Record) -> Iterator[tuple[str, Table]]:
-    """Give a row of each preset: verdicts of every criterion, and FLIP beside its bounds."""
     three = ("luminance", "coverage", "contrast")
     heads = ("preset", "reference, px", *three, "FLIP", "floor", "ceiling", "share")
     rows = []
@@ -213,8 +211,7 @@ def _still_plots(record: Record) -> Iterator[Plot]:
 
 # A still and a walk by ColorVideoVDP.
 
-SPEED = "camera.speed=1.4"
-"""As fast as one walks [m/s]."""
+SPEED = "camera.speed=1.4"  # as fast as one walks [m/s]
 
 
 def _walk_cases(

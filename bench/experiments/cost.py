@@ -16,14 +16,7 @@ import numpy as np
 
 from bench.children import run_in_child
 from bench.experiment import Case, Experiment, OwnPreset, Table, Topic
-from bench.frame_costs import (
-    WORLD,
-    Size,
-    measure_process,
-    measure_worlds,
-    own_kind,
-    window_costs,
-)
+from bench.frame_costs import WORLD, Size, measure_process, measure_worlds, own_kind, window_costs
 from bench.images.differences import errors, flips
 from bench.images.equal_error import EQUAL_ERROR
 from bench.plots import SIDE, Curve, Panel, Plot, curves, estimated, figure, number_text
@@ -79,14 +72,12 @@ STAGES = {
 }
 """The stages that make up a frame, in their order, with their names in words."""
 
-SET_UP = "prune", "appearance", "describe", "build"
-"""The stages of a frame before its trace."""
+SET_UP = "prune", "appearance", "describe", "build"  # the stages of a frame before its trace
 
 STILL = {"meadow"}
 """Kinds of world in which nothing moves: the unpruned scene is built once, and then only traced."""
 
-SEQUENCE = 240
-"""The number of frames over which setting up is amortised: ten seconds of film."""
+SEQUENCE = 240  # the number of frames over which setting up is amortised: ten seconds of film
 
 BEYOND = 2.5
 """The side, in limit distances, from which on a world is beyond the limit.
@@ -141,7 +132,6 @@ def ratio(pruned: Reals, unpruned: Reals, fields: int) -> Estimate:
 
 
 def _stage_us(point: Point, stage: str) -> Reals:
-    """Return the time of a stage of every frame, (frames,) [µs]."""
     return point.values("us", stage=stage)
 
 
@@ -151,7 +141,6 @@ def _set_up_us(point: Point) -> Reals:
 
 
 def _frame_us(point: Point) -> Reals:
-    """Return the time of every frame, all stages that were timed, (frames,) [µs]."""
     timed = [each.values for each in point.samples if each.keys.get("stage") in STAGES]
     return np.asarray(np.sum(timed, axis=0), np.float64)
 
@@ -218,7 +207,6 @@ _LABELS = {"blake": "pruned", "full": "unpruned"}
 
 
 def _cost_plots(record: Record) -> Iterator[Plot]:
-    """Draw stages, one on the other, and memory, of both sides of every size of world."""
     points = where(record.points, what="size")
     if not points:
         return

@@ -31,16 +31,14 @@ from bench.statistics.estimates import (
     two_sided_share,
 )
 
-MOST_ERROR = EQUAL_ERROR
-"""The FLIP to a reference up to which a picture passes."""
+MOST_ERROR = EQUAL_ERROR  # the FLIP to a reference up to which a picture passes
 
 BAND_MARGIN = 0.02
 """How far a band's luminance and coverage may be from the reference's, as a share."""
 
 SHADED = 1 - BAND_MARGIN, 1 + BAND_MARGIN
 
-CONTROL = 0.002
-"""How far from 0 the fit may find the error of a reference against itself."""
+CONTROL = 0.002  # how far from 0 the fit may find the error of a reference against itself
 
 _claim = partial(claim, source="§2.4")
 
@@ -156,8 +154,7 @@ def notes(points: tuple[Point, ...]) -> dict:
     return {NOTE: fields.pictures_of(points)} if where(points, topic="fidelity") else {}
 
 
-_LEAST = 1e-4
-"""The value at which an error of 0 or below is drawn: the axis is logarithmic."""
+_LEAST = 1e-4  # the value at which an error of 0 or below is drawn: the axis is logarithmic
 
 
 def _fidelity_plots(record: Record) -> Iterator[Plot]:

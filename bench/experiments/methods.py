@@ -11,12 +11,6 @@ one frame.
 
 An unpruned world that is estimated to need more memory than there is has no picture, and so its
 window has no errors; the other methods are timed as they are.
-
-Each method also walks through one window at its setting nearest to equal error. Every frame has the
-same seed as the unpruned world's, so that noise is the same where the same is displayed. ``flip``
-is the difference of a frame; ``residual`` is what changes from frame to frame beside what the
-reference changes: the mean over pixels and colours of |ΔT − ΔW|, of pictures as they are displayed.
-Where ColorVideoVDP is here, it judges the sequences too.
 """
 
 import math
@@ -27,7 +21,6 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from scipy import stats
 
 from bench.children import run_in_child
 from bench.experiment import Case, Experiment, OwnPreset, Topic
@@ -36,12 +29,10 @@ from bench.images.differences import (
     BAND_EDGES_M,
     EPSILON,
     Reference,
-    mean_flip,
     pair_band_name,
     picture_errors,
     reference_of,
 )
-from bench.images.equal_error import EQUAL_ERROR
 from bench.methods.comparison import (
     COSTS,
     EQUAL_SHARE,
@@ -53,12 +44,10 @@ from bench.methods.comparison import (
     is_measured,
     judged_error,
 )
-from bench.methods.environments import VIDEO
-from bench.methods.known_methods import CLIPPED, methods
+from bench.methods.known_methods import methods
 from bench.methods.method import Method
 from bench.methods.runner import Runner, Window, make_one_frame
-from bench.methods.tables import JUDGED, tables
-from bench.methods.video import just_objectionable_differences
+from bench.methods.tables import tables
 from bench.plots import Curve, Panel, Plot, figure, number_text
 from bench.records.claims import EXACT, Claim, at_most, claim, within
 from bench.records.records import Column, Key, Point, Record, grouped
@@ -66,7 +55,7 @@ from bench.statistics.estimates import two_sided_factor
 from scenes.frame.layers import SKY_Z, Layers
 from scenes.processes.memory_limit import memory_limit
 from scenes.render.memory import forecast, frame_bytes
-from scenes.render.pictures import auto_exposure, to_srgb
+from scenes.render.pictures import auto_exposure
 from scenes.render.variants import choose
 from scenes.scene import Scene, frame_quality
 from scenes.sticks.prototype import LUMINANCE
@@ -81,9 +70,6 @@ ANEW = 10
 MOST_BYTES = 18_000_000_000
 """What a method may need at most, on a machine that has as much."""
 
-LEFT_OUT = "bounded", "solid_angle", "depth"
-"""Methods that do not walk: readings of the metric that move as ``blake`` does."""
-
 LEVEL = 1.0 - 1e-4
 """A normal that points up by this or more is level ground's."""
 
@@ -93,41 +79,6 @@ crowds of 6 to 31 M sticks 140 to 195. Some of it ``render`` frees before it bui
 model leaves out."""
 
 _BASELINES = "blake", "bare", "full", "in_view", "discrete", "stochastic"
-
-PILOT = {
-    ("crowd", 1e5): (0.045, 560.0),
-    ("still crowd", 1e5): (0.045, 400.0),
-    ("forest", 1e4): (0.090, 720.0),
-    ("swaying forest", 1e4): (0.063, 800.0),
-    ("meadow", 1e4): (0.041, 170.0),
-    ("swaying", 1e4): (0.041, 180.0),
-}
-"""What a pilot says of each world: the standard deviation of the logarithm of blake's time ÷ the
-best baseline's between fields, and the seconds that a field takes on two cores.
-
-The deviations are those of the run before, whose fields are not judged again; ``still crowd`` has
-that of ``crowd`` and ``swaying`` that of ``meadow``. docs/method.md lists the worlds that it
-dropped.
-"""
-
-
-def plan(worlds: Sequence[Sequence[Any]], **sizes: object) -> list[str]:
-    """Return what each world is expected to tell, in the order of information per hour.
-
-    It is 1 ÷ the square of half the 95 % interval of the logarithm of a ratio, per hour.
-    """
-    rows = []
-    for kind, objects, fields, _ in worlds:
-        if (kind, objects) in PILOT and fields > 1:
-            deviation, seconds = PILOT[kind, objects]
-            half = float(stats.t.ppf(0.975, fields - 1)) * deviation / math.sqrt(fields)
-            hours = fields * seconds / 3600
-            rows.append((1 / half**2 / hours, kind, objects, fields, hours, half))
-    return [
-        f"{kind}, {number_text(objects)}: {fields} fields, {hours:.1f} h, ratio ± "
-        f"{100 * half:.0f} %, {worth:.0f} of information an hour"
-        for worth, kind, objects, fields, hours, half in sorted(rows, reverse=True)
-    ]
 
 
 def _each(
@@ -139,35 +90,29 @@ def _each(
 
 def cases(
     worlds: Sequence[Sequence[Any]],
-    walk: Sequence[Any],
     size: str,
     spp: int,
     preset: OwnPreset | None = None,
     **common: Any,
 ) -> list[Case]:
-    """Return every field of every world, and the walk.
+    """Return every field of every world.
 
-    A user's own preset stands in place of all worlds, with as many objects as there are in the walk
-    and as many fields as the first world has.
+    A user's own preset stands in place of all worlds, with as many objects as there are in the
+    smallest and as many fields as the first has.
     """
     variant = choose()
     if preset is not None:
-        worlds = _each(preset[:1], (walk[1],), worlds[0][2], _BASELINES)
-        walk, common["world"] = (preset[0], *walk[1:]), own_kind(preset[1])
-    windows = [
+        fewest = min(objects for _, objects, *_ in worlds)
+        worlds = _each(preset[:1], (fewest,), worlds[0][2], _BASELINES)
+        common["world"] = own_kind(preset[1])
+    windows = (
         Window(
             kind, objects, field, Picture(size, spp), variant=variant, tried=tuple(few), **common
         )
         for kind, objects, fields, few in worlds
         for field in range(fields)
-    ]
-    kind, objects, walk_size, frames = walk
-    window = Window(kind, objects, 0, Picture(walk_size, spp), 2, 1, variant)
-    window = replace(window, unseen=bool(common["unseen"]), world=common.get("world"))
-    return [
-        *(partial(measure_window, each) for each in windows),
-        partial(measure_walk, window, frames),
-    ]
+    )
+    return [partial(measure_window, each) for each in windows]
 
 
 def measure_window(case: Window, seed: int) -> list[Point]:
@@ -288,39 +233,6 @@ def peak_bytes(runner: Runner, case: Window, seed: int) -> int:
     return run_in_child(make_one_frame, *words, variant=case.variant).peak_bytes
 
 
-def measure_walk(window: Window, frames: int, seed: int) -> list[Point]:
-    """Measure every method over one sequence of frames, in which motion is looked at."""
-    scene = window.scene(seed)
-    found = {name: method for name, method in methods().items() if name not in LEFT_OUT}
-    unpruned = _frames(Runner(found.pop("full"), 0.0, scene), window, frames)
-    exposure = auto_exposure(unpruned[0])
-
-    def displayed(pictures: Sequence[np.ndarray]) -> np.ndarray:
-        shown = [to_srgb(each.astype(np.float64), exposure) for each in pictures]
-        return np.stack(shown).astype("f4")
-
-    def away(setting: float) -> float:
-        """Tell how far the first frame is from equal error, in logarithms; noise is the same."""
-        first = displayed(_frames(Runner(method, setting, scene), window, 1))
-        return abs(math.log(max(mean_flip(first[0], reference[0]), 1e-6) / EQUAL_ERROR))
-
-    reference = displayed(unpruned)
-    walked, judged = [], dict[str, np.ndarray]()
-    for method in (*found.values(), CLIPPED):
-        runner = Runner(method, min(method.settings, key=away), scene)
-        tested = displayed(_frames(runner, window, frames))
-        runner.columns += changes(tested, reference)
-        walked.append(runner)
-        if method.name in JUDGED:
-            judged[method.name] = tested
-    if VIDEO.python():
-        jod = just_objectionable_differences(judged, reference, float(scene.preset.camera.fps))
-        for runner in walked:
-            if runner.method.name in jod:
-                runner.columns.append(Column("jod", [round(1e6 * jod[runner.method.name][0])]))
-    return [each.point(part="walk", kind=window.kind, objects=window.objects) for each in walked]
-
-
 def noise(pictures: Sequence[np.ndarray], spp: int) -> list[int]:
     """Return the relative variance of a sample, from each picture and the next [millionths].
 
@@ -333,22 +245,6 @@ def noise(pictures: Sequence[np.ndarray], spp: int) -> list[int]:
     squares = (((a - b) * exposure) ** 2 / over for a, b in pairwise(pictures))
     found = (spp * np.mean(each) / 2 for each in squares)
     return [round(1e6 * float(each)) for each in found]
-
-
-def _frames(runner: Runner, window: Window, frames: int) -> list[np.ndarray]:
-    found = []
-    for number in range(1, frames + 1):
-        runner.frame(number, window.variant)
-        found.append(runner.picture(0).rgb)
-    runner.forget()
-    return found
-
-
-def changes(tested: np.ndarray, reference: np.ndarray) -> tuple[Column, Column]:
-    """Compare two displayed sequences, (n, h, w, 3): FLIP of frames, and residuals of steps."""
-    flip = [round(1e6 * mean_flip(*pair)) for pair in zip(tested, reference, strict=True)]
-    left = np.abs(np.diff(tested, axis=0) - np.diff(reference, axis=0)).mean(axis=(1, 2, 3))
-    return Column("flip", flip), Column("residual", [round(1e6 * float(each)) for each in left])
 
 
 # Claims, from raw errors, times and bytes alone.
@@ -458,7 +354,6 @@ EXPERIMENT = Experiment(
                     *_each(("forest", "swaying forest"), (1e4,), 6, _BASELINES),
                     *_each(("meadow", "swaying"), (1e4,), 6, _BASELINES),
                 ],
-                "walk": ["crowd", 1e4, "320x180", 48],
                 "size": "320x180",
                 "spp": 16,
                 "pairs": 2,
@@ -472,17 +367,15 @@ EXPERIMENT = Experiment(
                     *_each(("swaying",), (300.0,), 2),
                     *_each(("forest", "swaying forest"), (300.0,), 2, _BASELINES),
                 ],
-                "walk": ["crowd", 300.0, "160x90", 8],
                 "size": "160x90",
                 "repeats": 2,
                 "weighed": 1,
                 "unseen": False,
             },
-            plan=plan,
             seconds=(18_000.0, 600.0),
             apart=True,
             accepts=("preset",),
-        ),
+        )
     },
     rendered=True,
     timed=True,

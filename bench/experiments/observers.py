@@ -42,8 +42,7 @@ from scenes.render.pictures import auto_exposure, to_srgb_8bit
 from scenes.render.variants import choose
 from scenes.scene import Scene
 
-SHIPPED_PX = 1.0
-"""τ of the presets as they are shipped."""
+SHIPPED_PX = 1.0  # τ of the presets as they are shipped
 
 MODELS = {
     "barten": ("Barten's eye", 1.0),
@@ -230,11 +229,8 @@ def simulated_plots(record: Record) -> Iterator[Plot]:
     yield figure("simulated", "Thresholds of simulated observers are found", caption, [panel])
 
 
-FINER = 4
-"""How many times as fine as the shipped one the detail of the reference is."""
-
-DISTANCES = 60, 30
-"""Pixels per degree: of the observers here, and of somebody half as far away."""
+FINER = 4  # how many times as fine as the shipped one the detail of the reference is
+DISTANCES = 60, 30  # pixels per degree: of the observers here, and of somebody half as far away
 
 SAID = {
     "seen": ("detection probability, Barten's eye", at_most(0.5)),

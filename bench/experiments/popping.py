@@ -7,27 +7,20 @@ rendered unpruned, pruned with fading and pruned without.
 
 ``popping_shipped`` walks through presets as shipped, in shaded pictures of another world. Each walk
 is pruned as shipped, and clipped: parts then vanish at their limit all at once.
-
-``films`` pans fast, walks past walkers, stops a turn and flies over trees, as each is pruned (by
-motion too, and with parts kept for as long as they are off by less than half a pixel), unpruned,
-and with planted faults: parts pop, every other frame is coarser, and motion stutters. Where the
-planted clip leaves no more than the unpruned one, its test proves nothing.
 """
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from functools import lru_cache, partial
-from itertools import pairwise
 
 import numpy as np
-from jaxtyping import Bool
 
 from bench.counting import EYE_HEIGHT_M, FLAT
 from bench.experiment import Case, Experiment, Topic
 from bench.motion_residual import measure_walk, rows_missing, seen_of
 from bench.part_sizes import density_of, prototypes_with, seed_of
 from bench.plots import Curve, Plot, curves
-from bench.records.claims import UNREPLICATED, Claim, Kind, at_least, at_most, claim, within
+from bench.records.claims import UNREPLICATED, Claim, at_most, claim, within
 from bench.records.provenance import scene_digest
 from bench.records.records import Column, Point, Record, columns, grouped, predictions, where
 from bench.seeds import first_seed
@@ -40,7 +33,7 @@ from bench.statistics.estimates import (
     two_sided_ratio,
 )
 from lod.arrays import Reals
-from lod.camera import Camera, Corner, camera_from_heading
+from lod.camera import Corner, camera_from_heading
 from lod.law import chained_limits
 from lod.metric import METRICS
 from lod.pruner import prune
@@ -55,11 +48,8 @@ from scenes.sticks.prototype import Prototype
 
 SPECIES = ("figure", "tree")
 WIDTH_PX, STEP_M, FRAMES = 640, 2.0, 8
-DENSER = {"figure": 0.25, "tree": 1.0}
-"""Density ÷ that of the experiment `viewing`."""
-
-SIZED = 8
-"""The number of fields of which the size and distance of every switch are recorded."""
+DENSER = {"figure": 0.25, "tree": 1.0}  # density ÷ that of the experiment `viewing`
+SIZED = 8  # the number of fields of which the size and distance of every switch are recorded
 
 # Walks that are rendered.
 
@@ -89,80 +79,14 @@ WALK_WAYS = {
 
 _WALK_FRAMES = 5
 
-QUANTILE = 0.9999
-"""Of the residual over the pixels of a walk."""
+QUANTILE = 0.9999  # of the residual over the pixels of a walk
 
 # Walks through presets as shipped.
 
 SHIPPED, CLIPPED = "as shipped", "clipped"
 SHIPPED_WAYS: dict[str, tuple[str, ...]] = {SHIPPED: (), CLIPPED: ("view.fade=0",)}
-SPEED = "camera.speed=1.4"
-"""As fast as one walks [m/s], where the preset's eye stands still."""
-
-AT_ONCE = 8
-"""The most pairs of frames of a case."""
-
-# Clips of moving cameras.
-
-CLIP_WORLD = (
-    "render.size=160x90",
-    "render.spp=36",
-    "world.extent=120.0",
-    "species.tree.density=0.002",
-    "species.sward.density=0",
-    "species.tree.prototypes=2",
-    "species.tree.sizes=[0.6]",
-    "species.figure.density=0.004",
-    "species.figure.prototypes=2",
-    "terrain.reach=300.0",
-    "terrain.amplitude=1.0",
-    "terrain.wavelength=256.0",
-)
-_TURN = (
-    "camera.keys=[{frame=1, position=[0, -30], height=1.7, target=[-32, -10, 1.7]},"
-    "{frame=15, position=[0, -30], height=1.7, target=[3.5, -0.7, 1.7]},"
-    "{frame=16, position=[0, -30], height=1.7, target=[6, 0, 1.7]},"
-    "{frame=99, position=[0, -30], height=1.7, target=[6, 0, 1.7]}]"
-)
-CLIPS = {
-    "pan": (
-        "camera.turn=90",
-        "camera.speed=0",
-        "camera.position=[0, -30]",
-        "camera.heading=-25",
-        "view.shutter=180",
-    ),
-    "walk": (
-        "camera.speed=1.4",
-        "camera.position=[0, -30]",
-        "camera.heading=-25",
-        "species.figure.patrol=6",
-        "view.update_threshold=0.5",
-    ),
-    "stop": ("view.shutter=180", _TURN),
-    "fly-over": (
-        "camera.speed=20",
-        "camera.height=25",
-        "camera.pitch=-25",
-        "camera.position=[0, -70]",
-        "camera.heading=0",
-        "view.shutter=180",
-    ),
-}
-_PLANTED = ("view.fade=0", "view.update_threshold=4")
-CLIP_WAYS: dict[str, tuple[tuple[str, ...], ...]] = {
-    "pruned": ((),),
-    "unpruned": (("view.metric=full", "view.smear=off", "view.update_threshold=0"),),
-    "planted faults": (_PLANTED, (*_PLANTED, "view.detail=2")),
-}
-"""The ways to prune a clip, and their settings, of each in turn from frame to frame.
-
-Of planted faults, parts of one to two pixels are there in every other frame alone, and others are
-kept until one must see it: from where the camera turns in one place, nothing of a clip that is just
-coarse would pop."""
-
-CLIP_QUANTILE = 0.999
-"""Of the residual over those pixels of a frame that the frame before looked at, too."""
+SPEED = "camera.speed=1.4"  # as fast as one walks [m/s], where the preset's eye stands still
+AT_ONCE = 8  # the most pairs of frames of a case
 
 
 def _popping_cases(fields: int, walks: int, unseen: bool) -> list[Case]:
@@ -194,7 +118,6 @@ def _view_at_step(step: int) -> View:
 
 
 def _measure_switches(species: str, fields: int, seed: int) -> Point:
-    """Count every field's switches; each has a size and a distance, in thousandths."""
     prototypes, m = prototypes_with(species, None), _view_at_step(0).m
     density = DENSER[species] * density_of(species, m)
     counts, sizes, distances = [], [], []
@@ -252,9 +175,9 @@ def measure_walks(way: str, walks: int, unseen: bool, variant: str, seed: int) -
         heading = f"camera.heading={360.0 * number / walks - 170.0}"
         own = f"seed={first_seed(unseen, 5) + 20 * seed + number}"
         preset = load_preset("meadow", (*WALK, *WALK_WAYS[way], heading, own))
-        found = measure_walk((Scene(preset),), range(1, _WALK_FRAMES + 1), variant)
+        found = measure_walk(Scene(preset), range(1, _WALK_FRAMES + 1), variant)
         popped += found.popped.tolist()
-        changed.append(round(1e6 * float(np.quantile(found.switched, QUANTILE))))
+        changed.append(_ppm(found.switched))
     named = {"topic": "popping", "what": "walk", "way": way}
     looked_at = scene_digest([WALK, WALK_WAYS[way]])
     columns_ = Column("popped", popped), Column("switched", changed, {"quantile": QUANTILE})
@@ -262,23 +185,17 @@ def measure_walks(way: str, walks: int, unseen: bool, variant: str, seed: int) -
 
 
 def measure_steps(
-    preset: str,
-    way: str,
-    looks: tuple[str, ...],
-    first: int,
-    pairs: int,
-    variant: str,
-    seed: int,
+    preset: str, way: str, looks: tuple[str, ...], first: int, pairs: int, variant: str, seed: int
 ) -> Point:
     """Measure pairs of frames, from ``first`` and the next on; the preset has a seed of its own."""
     scene = _shipped_scene(preset, (*looks, *SHIPPED_WAYS[way]))
     frames = range(first, first + pairs + 1)
-    found = measure_walk((scene,), frames, variant, shaded=True)
+    found = measure_walk(scene, frames, variant, shaded=True)
     samples = {
         "frame": [*frames[1:]],
         "world_seed": [scene.preset.seed] * pairs,
         "popped": found.popped.tolist(),
-        "changed_ppm": _ppm_by_frame(found.switched, QUANTILE),
+        "changed_ppm": [_ppm(each) for each in found.switched],
     }
     named = {"topic": "popping_shipped", "preset": preset, "way": way}
     looked_at = scene_digest([scene.preset.model_dump(mode="json")])
@@ -290,49 +207,9 @@ def _shipped_scene(name: str, settings: tuple[str, ...]) -> Scene:
     return Scene(load_preset(name, settings))
 
 
-def _ppm_by_frame(changes: np.ndarray, quantile: float) -> list[int]:
-    """Return a quantile over the pixels of each frame, in 10⁻⁶ of white, ignoring NaN."""
-    return np.rint(1e6 * np.nanquantile(changes, quantile, axis=(1, 2))).astype(int).tolist()
-
-
-def clip_scenes(clip: str, way: str, *settings: str) -> list[Scene]:
-    """Return the scenes of a clip, of one world, whose frames take turns."""
-    first, *others = (
-        load_preset("meadow", (*CLIP_WORLD, *CLIPS[clip], *turn, *settings))
-        for turn in CLIP_WAYS[way]
-    )
-    scene = Scene(first)
-    return [scene, *(scene.with_preset(each) for each in others)]
-
-
-def measure_clip(clip: str, way: str, frames: tuple[int, int], variant: str, seed: int) -> Point:
-    """Measure the frames of a clip in one way, both ends included."""
-    first, last = frames
-    scenes, numbers = clip_scenes(clip, way), range(first, last + 1)
-    found = measure_walk(scenes, numbers, variant)
-    cameras = (scenes[0].camera(number) for number in numbers)
-    known = np.stack([pixels_seen_before(*both) for both in pairwise(cameras)])
-    samples = {
-        "frame": [*numbers[1:]],
-        "popped": found.popped.tolist(),
-        "residual_ppm": _ppm_by_frame(np.where(known, found.residual, np.nan), CLIP_QUANTILE),
-        "changed_ppm": _ppm_by_frame(np.where(known, found.switched, np.nan), CLIP_QUANTILE),
-    }
-    named = {"topic": "films", "clip": clip, "way": way}
-    looked_at = scene_digest([CLIP_WORLD, CLIPS[clip], CLIP_WAYS[way]])
-    return Point(named, samples=columns(samples), scene=looked_at)
-
-
-def pixels_seen_before(before: Camera, now: Camera) -> Bool[np.ndarray, "h w"]:
-    """Mark pixels of ``now`` whose direction the camera ``before`` has in its picture, too."""
-    tan_x, tan_y = now.tan_half
-    x = tan_x * (2 * (np.arange(now.width) + 0.5) / now.width - 1)
-    y = tan_y * (1 - 2 * (np.arange(now.height) + 0.5) / now.height)
-    ray = now.forward + x[None, :, None] * now.right + y[:, None, None] * now.up
-    depth = ray @ before.forward
-    tan_x, tan_y = before.tan_half
-    across, up = abs(ray @ before.right), abs(ray @ before.up)
-    return (across < tan_x * depth) & (up < tan_y * depth)
+def _ppm(changes: np.ndarray) -> int:
+    """Return the quantile over pixels, in 10⁻⁶ of white."""
+    return round(1e6 * float(np.quantile(changes, QUANTILE)))
 
 
 # Claims, from raw points alone.
@@ -342,9 +219,6 @@ POPPED = "parts popped between two frames"
 
 MOST_CHANGE = 0.05
 """The greatest residual of a frame, as a share of white, that is not seen as a jump."""
-
-MOST_RATIO = 1.1
-"""Greatest ratio of the residual of a clip to that of the unpruned clip."""
 
 _row = partial(claim, unit="frame", source="§1.2", alone=UNREPLICATED)
 
@@ -381,9 +255,9 @@ def _of_walks(walks: Mapping[str, Point]) -> Iterator[Claim]:
         yield of_walk(f"{RESIDUAL}, fading ÷ clipped", at_most(most), of, found)
 
 
-def changes(point: Point, column: str = "changed_ppm") -> Reals:
+def changes(point: Point) -> Reals:
     """Return the residual of every pair of frames, as a share of white, (pairs,)."""
-    return point.values(column) / 1e6
+    return point.values("changed_ppm") / 1e6
 
 
 def _walked(values: Reals, wholes: Reals | None = None) -> Estimate:
@@ -401,21 +275,6 @@ def _shipped_claims(points: Sequence[Point]) -> Iterator[Claim]:
         yield _row(POPPED, at_most(0), of, popped)
         yield _row(RESIDUAL, at_most(MOST_CHANGE), of, mean, headline=True)
         yield _row(f"{RESIDUAL}, as shipped ÷ clipped", at_most(0.5), of, ratio)
-
-
-def _film_claims(points: Sequence[Point]) -> Iterator[Claim]:
-    for (clip,), rows in grouped(points, "clip").items():
-        ways, of = {each.case["way"]: each for each in rows}, {"clip": clip}
-        yield _row(POPPED, at_most(0), of, _walked(ways["pruned"].values("popped")))
-        residuals = {way: changes(point, "residual_ppm") for way, point in ways.items()}
-        for way, bound in (
-            ("pruned", at_most(MOST_RATIO)),
-            ("planted faults", at_least(MOST_RATIO)),
-        ):
-            found = _walked(residuals[way], residuals["unpruned"])
-            estimand = f"99.9th percentile of the motion-compensated residual, {way} ÷ unpruned"
-            kind: Kind = "measurement" if way == "pruned" else "verification"
-            yield _row(estimand, bound, of, found, kind=kind)
 
 
 # Plots.
@@ -438,31 +297,18 @@ def _switch_plots(record: Record) -> Iterator[Plot]:
 
 def _shipped_plots(record: Record) -> Iterator[Plot]:
     for (preset,), points in grouped(record.points, "preset").items():
-        name, about = f"shipped-{preset}", f"A walk through {preset}: the 99.99th percentile"
-        yield _residual_plot(name, preset, about, points, MOST_CHANGE)
-
-
-def _film_plots(record: Record) -> Iterator[Plot]:
-    for (clip,), points in grouped(record.points, "clip").items():
-        about = "A clip: the 99.9th percentile"
-        yield _residual_plot(f"film-{clip}", clip, about, points, None)
-
-
-def _residual_plot(
-    name: str, what: str, about: str, points: list[Point], most: float | None
-) -> Plot:
-    drawn = [Curve(p.case["way"], p.column("frame"), changes(p).tolist()) for p in points]
-    words = "; ".join(f"{c.label} {np.mean(c.y):.4f}, at most {max(c.y):.4f}" for c in drawn)
-    if most is not None:
+        drawn = [Curve(p.case["way"], p.column("frame"), changes(p).tolist()) for p in points]
+        words = "; ".join(f"{c.label} {np.mean(c.y):.4f}, at most {max(c.y):.4f}" for c in drawn)
         frames = points[0].column("frame")
-        drawn.append(Curve("not seen as a jump", [frames[0], frames[-1]], [most] * 2))
-    caption = (
-        f"{about} over pixels of the motion-compensated residual, as a share of white; both frames "
-        f"of a pair have the same samples. Mean over frames: {words}."
-    )
-    axis = "frame", "residual (share of white)"
-    title, scale = f"Change from frame to frame: {what}", ("linear", "linear")
-    return curves(f"popping-{name}", title, caption, axis, drawn, scale)
+        drawn.append(Curve("not seen as a jump", [frames[0], frames[-1]], [MOST_CHANGE] * 2))
+        caption = (
+            f"A walk through {preset}: the 99.99th percentile over pixels of the "
+            "motion-compensated residual, as a share of white; both frames of a pair have the "
+            f"same samples. Mean over frames: {words}."
+        )
+        axis = "frame", "residual (share of white)"
+        title, scale = f"Change from frame to frame: {preset}", ("linear", "linear")
+        yield curves(f"popping-shipped-{preset}", title, caption, axis, drawn, scale)
 
 
 EXPERIMENT = Experiment(
@@ -495,29 +341,13 @@ EXPERIMENT = Experiment(
             seconds=(900.0, 60.0),
             apart=True,
         ),
-        "films": Topic(
-            about="the same of a fast pan, a walk, a turn that stops and a flight over trees",
-            cases=lambda clips, frames: [
-                partial(measure_clip, clip, way, frames, choose())
-                for clip in clips
-                for way in CLIP_WAYS
-            ],
-            claims=_film_claims,
-            plots=_film_plots,
-            full={"clips": list(CLIPS), "frames": [1, 24]},
-            quick={"clips": ["stop"], "frames": [14, 17]},
-            seconds=(600.0, 60.0),
-            apart=True,
-        ),
     },
     caveats=(
         "Switches are counted all round on flat ground, at steps of two metres.",
         "Pictures are of albedo, in walks through shipped presets shaded by the sun; there is no "
         "shadow, air or bounced light: a shadow that jumps is not seen.",
-        "One walk through each shipped preset, 1.4 m a second for two seconds, and one clip of "
-        "each kind: pairs of frames are neighbours, so intervals over them are somewhat too "
-        "narrow.",
-        "Clips are measured in sharp pictures, as no open shutter would show them.",
+        "One walk through each shipped preset, 1.4 m a second for two seconds: pairs of frames are "
+        "neighbours, so intervals over them are somewhat too narrow.",
     ),
     rendered=True,
     order=140,

@@ -137,7 +137,6 @@ def _movers(scene: Scene, frame: int) -> list[DisplayedRepresentation]:
 
 
 def _stage_seconds(scene: Scene, frame: int, variant: str) -> dict[str, float]:
-    """Time a frame, posing what may stay, and comparing it [s]."""
 
     def posed(number: int) -> list[TruePose]:
         return [pose for each in shown for pose in scene.poses((number,), each)]
@@ -257,7 +256,7 @@ EXPERIMENT = Experiment(
             full={"fields": 8, "rounds": 6},
             quick={"fields": 3, "rounds": 3},
             seconds=(140.0, 90.0),
-        ),
+        )
     },
     rendered=True,
     caveats=(

@@ -42,11 +42,9 @@ from scenes.field.cells import PoissonCells, SquareCells
 from scenes.field.patterns import MappedCells, MaternCells, ThomasCells, read_stems
 from scenes.field.species_field import Species, SpeciesField
 
-DENSITY = 3.6e-3
-"""K of every pattern but that of a map [1/m²]."""
+DENSITY = 3.6e-3  # k of every pattern but that of a map [1/m²]
 
-TIGHT, WIDE = (10.0, 8.0), (40.0, 25.0)
-"""Members of a cluster, and its deviation [m]."""
+TIGHT, WIDE = (10.0, 8.0), (40.0, 25.0)  # members of a cluster, and its deviation [m]
 
 PACKED = 0.6
 """Share of the ground that discs of a regular pattern's core would cover, were they all apart."""
@@ -54,22 +52,14 @@ PACKED = 0.6
 PIXELS = {"figure": (10.0, 20.0), "tree": (80.0, 160.0)}
 """Details τ of a picture 640 pixels wide across 60° [px], by what stands there."""
 
-BUDGET = {"figure": 1500, "tree": 8000}
-"""Parts that a frame may hold."""
-
-SHARE = 0.99
-"""Share of frames that is to be within a budget."""
-
-STEP_M = 10.0
-"""The way between two frames of a walk [m]: a fraction of what an eye sees."""
+BUDGET = {"figure": 1500, "tree": 8000}  # parts that a frame may hold
+SHARE = 0.99  # share of frames that is to be within a budget
+STEP_M = 10.0  # the way between two frames of a walk [m]: a fraction of what an eye sees
 
 MAPPED = "stems of a map"
 
-Stems = tuple[str, str]
-"""The path of a map of stems, and the SHA-256 of the file."""
-
-Named = tuple[str, Stems | None]
-"""A pattern by its name, and the map that it is of."""
+Stems = tuple[str, str]  # the path of a map of stems, and the SHA-256 of the file
+Named = tuple[str, Stems | None]  # a pattern by its name, and the map that it is of
 
 
 @dataclass(frozen=True)
@@ -207,7 +197,6 @@ def _spread_claims(points: Sequence[Point]) -> Iterator[Claim]:
 
 
 def _walked(point: Point) -> np.ndarray:
-    """Return the parts of every frame of every walk, (walks, frames)."""
     return np.array([each.values for each in point.samples], np.float64)
 
 

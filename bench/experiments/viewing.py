@@ -127,8 +127,7 @@ def measure_haze(
 # Display and eye.
 
 PIXELS_PER_DEGREE = (20.0, 30.0, 45.0, 67.0, 90.0, 120.0)
-FAINT = 0.1
-"""The contrast that replaces each part's own for some viewers: the least class."""
+FAINT = 0.1  # the contrast that replaces each part's own for some viewers: the least class
 
 EYE_WIDTH = 640
 VIEWERS = {
@@ -199,9 +198,7 @@ BIG, SMALL = SIZES[len(BOUNDS_M) - 1 :], SIZES[: len(BOUNDS_M) - 1]
 """The classes of size over and under 1 m."""
 
 _LAW, _DERIVED = "§2.1, §4.1", "derived: docs/method.md"
-HAZE_KIND = "species", "viewer", "width"
-"""The keys that points of different visibility share."""
-
+HAZE_KIND = "species", "viewer", "width"  # the keys that points of different visibility share
 
 _row = partial(claim, unit="field", source=_DERIVED, alone=UNREPLICATED)
 _check = partial(_row, source=_LAW, kind="verification")

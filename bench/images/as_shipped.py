@@ -41,17 +41,13 @@ from scenes.sticks.prototype import LUMINANCE
 FIXED_BY = "3eef32fffc4e7785e51f9c06beef6f15d127a368"
 """The commit that fixed the bar, from whose hash the seeds of places are."""
 
-SUNS_DEG = (10.0, 40.0, 70.0)
-"""Elevations of the sun [degrees]."""
+SUNS_DEG = (10.0, 40.0, 70.0)  # elevations of the sun [degrees]
 
 EVERY_SUN = ("meadow", "forest", "mountain", "aerial")
 """Presets that are seen under all suns at each place."""
 
-BANDS = 8
-"""The number of bands of distance."""
-
-OCTAVES_PX = (2, 4, 8, 16)
-"""Where octaves of contrast begin [px]; each ends at twice that."""
+BANDS = 8  # the number of bands of distance
+OCTAVES_PX = (2, 4, 8, 16)  # where octaves of contrast begin [px]; each ends at twice that
 
 _ROUND_THE_FIRE = "campfire"
 _FLIGHT, _LAST_FRAME = "fly_in", 48

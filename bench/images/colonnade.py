@@ -36,12 +36,9 @@ from scenes.sticks.prototype import LUMINANCE
 COUNT, SPACING_M, DEPTH_M = 13, 4.0, 12.0
 FOV_DEG, SIZE_PX, EYE_M = 132.0, (960, 216), 2.6
 LIGHT = Light(sun_azimuth_deg=200.0, sun_elevation_deg=40.0)
-FINEST = 1e-9
-"""Detail at which nothing is pruned [px]."""
-
+FINEST = 1e-9  # detail at which nothing is pruned [px]
 
 Picture = Float64[np.ndarray, "height width"]
-
 
 Shot = tuple[str, float]
 """One way to prune: a member of the metric family and its detail threshold τ [px]."""
@@ -171,8 +168,7 @@ def errors(pruned: np.ndarray, whole: np.ndarray, owner: np.ndarray) -> dict[str
 BLAKE, DEPTH = ("blake", 8.0), ("depth", 12.0)
 """The metric and the detail of both cuts that are compared: they display about as many parts."""
 
-MIDDLE, OUTER = COUNT // 2, (0, COUNT - 1)
-"""Numbers of the middle column, and of both ends."""
+MIDDLE, OUTER = COUNT // 2, (0, COUNT - 1)  # numbers of the middle column, and of both ends
 
 
 def columns_of(points: Sequence[Point], shot: Shot) -> list[Point]:

@@ -56,8 +56,7 @@ WHOLE_DETAIL, GROUND_DETAIL, LEAF_M = 0.02, 0.5, 250.0
 That of species is finer by as much as the land is farther away than LEAF_M.
 """
 
-OFFSCREEN_PX = 0.5
-"""Detail of what is out of view in the whole picture [px]."""
+OFFSCREEN_PX = 0.5  # detail of what is out of view in the whole picture [px]
 
 
 @dataclass(frozen=True)
@@ -138,8 +137,7 @@ LOOKS = {
     ),
     **{f"far_{distance:g}_km": _far(1000 * distance) for distance in (1, 2.2, 5)},
 }
-AIRS = ("preset", "clear")
-"""The air of the preset, and clear air."""
+AIRS = ("preset", "clear")  # the air of the preset, and clear air
 
 
 @dataclass(frozen=True)
@@ -197,11 +195,8 @@ def _visible(each: Representation, view: View) -> DisplayedRepresentation:
     return display(each, prune(each, view), view)
 
 
-PRUNED_AND_WHOLE = "pruned", "whole"
-"""The names of both pictures."""
-
-Bands = tuple[Column, ...]
-"""The columns of sums in each band, of each picture."""
+PRUNED_AND_WHOLE = "pruned", "whole"  # the names of both pictures
+Bands = tuple[Column, ...]  # the columns of sums in each band, of each picture
 
 
 def cases(fields: Mapping[str, int], unseen: bool) -> list[Case]:

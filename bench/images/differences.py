@@ -44,17 +44,13 @@ from scenes.render.pictures import auto_exposure, to_srgb
 from scenes.render.render import build_frame, trace
 from scenes.sticks.prototype import LUMINANCE
 
-Radiance = Float64[np.ndarray, "h w 3"]
-"""A picture as linear radiance."""
+Radiance = Float64[np.ndarray, "h w 3"]  # a picture as linear radiance
 
 PIXELS_PER_DEGREE = 67.0
 """The usual fineness of a display before a viewer: a 0.7 m wide 4K screen at 0.7 m."""
 
-LEAST_PAIRS = 8
-"""The fewest pairs of seeds of which an excess is estimated."""
-
-FLOOR = 0.01
-"""The highest noise floor at which an excess is quoted."""
+LEAST_PAIRS = 8  # the fewest pairs of seeds of which an excess is estimated
+FLOOR = 0.01  # the highest noise floor at which an excess is quoted
 
 Picture = Float[np.ndarray, "_ _ 3"]
 """A picture as it is displayed: sRGB-encoded, 0 to 1, exposure and tone curve applied."""
@@ -283,8 +279,7 @@ def sums_by_band(
 BAND_EDGES_M = (0.0, 20.0, 60.0, 200.0)
 """The distances where bands of mean luminance begin [m]; the last band is the sky."""
 
-EPSILON = 0.01
-"""The number added to a squared picture by which noise is divided, in exposed light."""
+EPSILON = 0.01  # the number added to a squared picture by which noise is divided, in exposed light
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,8 +16,7 @@ from bench.records.records import Point, grouped
 from bench.statistics.estimates import Estimate, two_sided_factor
 from lod.arrays import Reals, freeze
 
-EQUAL_ERROR = 0.01
-"""The error at which ways to prune are compared."""
+EQUAL_ERROR = 0.01  # the error at which ways to prune are compared
 
 GRASS_ERROR = 0.05
 """The error at which metrics are compared over nothing but grass: less takes nearly every blade."""

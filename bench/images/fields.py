@@ -58,17 +58,13 @@ VIEWS = {
     "aerial": ("camera.height=40", "camera.pitch=-15"),
     "hazy": ("air.visibility=2km",),
 }
-GRASS = "grass"
-"""A view of nothing but grass, whose blades are far longer than they are wide."""
-
-SWEPT = ("eye level", "aerial", GRASS)
-"""The views in which metrics are compared."""
+GRASS = "grass"  # a view of nothing but grass, whose blades are far longer than they are wide
+SWEPT = ("eye level", "aerial", GRASS)  # the views in which metrics are compared
 
 METRICS_TRIED = ("blake", "bounded", "solid_angle", "depth")
 GRASS_METRICS = ("blake", "bounded", "solid_angle")
 
-LEAST_SHARE = 0.005
-"""The share of the land's rays from which on a band of distance is judged."""
+LEAST_SHARE = 0.005  # the share of the land's rays from which on a band of distance is judged
 
 SPECIES, GROUND, EVERYTHING, NOTHING = "species", "ground", "everything", "nothing"
 """What is pruned, while the rest is the reference's.
@@ -88,8 +84,7 @@ OWN_BYTES = 4 * 10**9
 
 SUN_ELEVATIONS_DEG = (10.0, 40.0, 70.0)
 TURN_DEG = 30.0
-PROTOTYPE_SETS = 4
-"""The number of sets of trees and people that fields have in turn in a full run."""
+PROTOTYPE_SETS = 4  # the number of sets of trees and people that fields have in turn in a full run
 
 ALONE, ALONE_OF = 3, 6
 """In the first so many of so many fields species and ground are pruned alone, too: under each of
@@ -300,8 +295,7 @@ def _bytes(picture: np.ndarray) -> np.ndarray:
     return np.rint(255 * np.clip(picture, 0, 1)).astype(np.uint8)
 
 
-Way = tuple[str, str, float]
-"""What is pruned, by which metric, and at which detail [px]."""
+Way = tuple[str, str, float]  # what is pruned, by which metric, and at which detail [px]
 
 
 def cases(

@@ -21,18 +21,15 @@ from scenes.appearance.visible_area import first_met
 from scenes.field.species_field import Species, SpeciesField
 from scenes.plugins import metric_by_name
 
-MOST = 4.0
-"""The ratio that at most 5 % of the objects may exceed."""
+MOST = 4.0  # the ratio that at most 5 % of the objects may exceed
 
 SPECIES = ("figure", "tree")
 METRICS_TRIED = ("blake", "bounded", "solid_angle")
 DETAILS = (1.0, 4.0)
-FINENESS = 4
-"""The places that are sampled along each side of a pixel."""
+FINENESS = 4  # the places that are sampled along each side of a pixel
 
 WIDTH_PX = 640
-THINNER = 1 / 2
-"""Density ÷ that of the experiments on haze and eye: a thousand objects are enough."""
+THINNER = 1 / 2  # density ÷ that of the experiments on haze and eye: a thousand objects are enough
 
 NEAREST = 2.0
 """The distance, in bounds of an object, below which it is left out: it is about the eye."""

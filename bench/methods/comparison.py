@@ -29,18 +29,13 @@ Rule = Literal["bands and FLIP", "FLIP alone"]
 RULES: tuple[Rule, ...] = ("bands and FLIP", "FLIP alone")
 """The ways to say what equal error is; the first is that of claims that lead."""
 
-EQUAL_SHARE = 0.2
-"""The share of the way from floor to ceiling at which methods are compared."""
+EQUAL_SHARE = 0.2  # the share of the way from floor to ceiling at which methods are compared
 
 BAND_MARGIN = 0.02
 """How far coverage and luminance of a band may be from the reference's, as a share."""
 
-WORTH_JUDGING = 0.01
-"""Bands are judged in which things cover at least this share of the picture."""
-
-
-MARGIN = 0.05
-"""The share of time or memory within which methods are equivalent."""
+WORTH_JUDGING = 0.01  # bands are judged in which things cover at least this share of the picture
+MARGIN = 0.05  # the share of time or memory within which methods are equivalent
 
 
 class AtEqualError(NamedTuple):

@@ -24,8 +24,7 @@ from scenes.scene import Scene
 OMITTED = (0.0, 1 / 32, 1 / 8, 1 / 2, 1.0)
 """Size of the largest part that each version leaves out ÷ the whole's; the last leaves out all."""
 
-BAND = 0.1
-"""How much farther away the switch to a coarser version is, as a share of its distance."""
+BAND = 0.1  # how much farther away the switch to a coarser version is, as a share of its distance
 
 
 def version_limits(P: np.ndarray, R: np.ndarray, m: float) -> np.ndarray:

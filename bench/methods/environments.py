@@ -107,7 +107,6 @@ VIDEO = Environment(
 )
 ENVIRONMENTS = {each.name: each for each in (CYCLES, VIDEO)}
 
-
 _LONGEST_S = 3600
 _LAST_LINES = 3
 

@@ -50,14 +50,6 @@ def metric_method(name: str, bare: bool = False, **more: float | str) -> Method:
     return Method(name, about, "Blake 1987, §2.4", "detail threshold τ [px]", DETAILS_PX, prepare)
 
 
-CLIPPED = replace(
-    metric_method("blake", fade=0.0),
-    name="clipped",
-    about="blake, with parts that switch at once instead of fading",
-)
-"""The metric as the paper has it, for moving pictures; still ones hardly differ from ``blake``."""
-
-
 BARE = replace(
     metric_method(
         "blake", bare=True, offscreen_detail=1.0, fade=0.0, haze_aware=False, smear="off"

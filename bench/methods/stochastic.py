@@ -30,11 +30,8 @@ from scenes.frame.frame_input import DisplayedRepresentation
 from scenes.rig.pose import Instances
 from scenes.scene import Scene
 
-FADE = 0.2
-"""The share of the drawn sticks that are shrinking."""
-
-CONTRASTS = 4
-"""Colours are drawn to their mean in so many equal steps."""
+FADE = 0.2  # the share of the drawn sticks that are shrinking
+CONTRASTS = 4  # colours are drawn to their mean in so many equal steps
 
 
 @dataclass(frozen=True, eq=False)

@@ -29,9 +29,6 @@ from bench.methods.runner import STAGES
 from bench.records.records import Point, Record, grouped, where
 from bench.statistics.estimates import two_sided_factor
 
-JUDGED = "blake", "clipped", "discrete", "stochastic"
-"""The methods whose sequences ColorVideoVDP judges."""
-
 
 def _summary_table(record: Record) -> Table:
     """Show what the metric and the reference take in every world, and who is ahead.
@@ -52,14 +49,13 @@ def _summary_table(record: Record) -> Table:
 
 
 def tables(record: Record) -> tuple[tuple[str, Table], ...]:
-    """Return titled tables of who is ahead, methods, stages, and the walk."""
+    """Return titled tables of who is ahead, methods and stages."""
     return (
         ("The metric beside the unpruned reference and the best baseline", _summary_table(record)),
         ("Each method at equal error", _methods_table(record)),
         ("Each of four methods ÷ the best of the others", _each_table(record)),
         ("What each setting shows", _settings_table(record)),
         ("What pruning helps, and what it does not", _stage_table(record)),
-        ("A walk: motion beside the reference's", _walk_table(record)),
     )
 
 
@@ -159,26 +155,7 @@ def _stage_table(record: Record) -> Table:
     return heads, rows
 
 
-def _walk_table(record: Record) -> Table:
-    heads = "world", "method", "setting", "FLIP", "residual of a step (1e-3)", "JOD of 10"
-    rows: list[tuple[str, ...]] = []
-    for point in where(record.points, part="walk"):
-        case = point.case
-        jod = _mean(optional(point, "jod"), ".2f") or "not measured here"
-        rows.append(
-            (
-                *(f"{case['kind']}, {case['objects']:g}", str(case["arm"])),
-                f"{case['setting']:g}",
-                _mean(optional(point, "flip"), ".4f"),
-                _mean(1e3 * optional(point, "residual"), ".2f"),
-                jod if case["arm"] in JUDGED else "",
-            )
-        )
-    return heads, rows
-
-
 def _mean(values: Iterable[float], form: str) -> str:
-    """Write the mean of those that are known; nothing where none is."""
     known = [each for each in values if math.isfinite(each)]
     return format(np.mean(known), form) if known else ""
 

@@ -50,8 +50,7 @@ from scenes.scene import Scene
 from scenes.sticks.prototype import LUMINANCE
 
 PLAN, PAGE, PICTURES = "plan.json", "index.html", "pictures"
-APART = "sha256", "models", "power", "seconds"
-"""What of a plan the page does not show."""
+APART = "sha256", "models", "power", "seconds"  # what of a plan the page does not show
 
 OBSERVERS, BREAK_EVERY = 120, 42
 """Numbers that have blocks of their own, before these come again; trials between breaks."""

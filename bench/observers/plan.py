@@ -75,8 +75,7 @@ class Condition(NamedTuple):
         return self.way != "still"
 
 
-CONDITIONS = tuple(Condition(*each) for each in product(SUBJECTS, PLACES, WAYS))
-"""All 36, in order."""
+CONDITIONS = tuple(Condition(*each) for each in product(SUBJECTS, PLACES, WAYS))  # all 36, in order
 
 SMALL_SET = tuple(CONDITIONS[k] for k in (0, 1, 2, 12, 18, 33))
 """One block, with which the program is tried: people near in all ways, and other stills."""

@@ -36,8 +36,7 @@ from lod.arrays import Ints, Reals
 from lod.errors import InputError
 
 GUESS = 0.5
-AT_75 = math.log10(math.log(2))
-"""β·(x₇₅ − α)."""
+AT_75 = math.log10(math.log(2))  # β·(x₇₅ − α)
 
 THRESHOLD_DEVIATION = 0.4
 SLOPE_PRIOR = 2.5, 0.4

@@ -84,8 +84,7 @@ def ask(
     return Answers(log75, level, correct)
 
 
-WANTED = 0.15
-"""How far off τ₇₅ of a condition the end of its interval may be, as a share."""
+WANTED = 0.15  # how far off τ₇₅ of a condition the end of its interval may be, as a share
 
 
 def power(conditions: int, model: ObserverModel) -> list[dict[str, float]]:

@@ -30,11 +30,9 @@ from scenes.scene import Scene, frame_quality
 SIZES = {"small": 1e3, "medium": 1e4, "large": 1e5}
 """Objects of a pack by the size in its name; as many on average as grow there."""
 
-WALK_FRAMES, WALK_SIZE = 24, (320, 180)
-"""Frames of the walk, and their width and height [px]."""
+WALK_FRAMES, WALK_SIZE = 24, (320, 180)  # frames of the walk, and their width and height [px]
 
-_AHEAD = 0.4
-"""How far behind the middle of the window the camera stands, as a share of its side."""
+_AHEAD = 0.4  # how far behind the middle of the window the camera stands, as a share of its side
 
 
 @dataclass(frozen=True)
@@ -268,7 +266,6 @@ def looks_of(field: SpeciesField, view: View) -> Looks:
 
 
 def _all_parts(field: SpeciesField, view: View) -> Parts:
-    """Return every part of every prototype, each standing at the origin of its own frame."""
     prototypes = field.prototypes
     tables = prototypes.part_tables
     sizes = [len(each) for each in tables.hierarchies]

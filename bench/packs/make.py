@@ -119,8 +119,7 @@ def _check_recipe(path: Path, plain: dict[str, Any]) -> None:
             raise InputError("-o", found.get(key), rule, "choose another folder")
 
 
-Step = tuple[str, Callable[[Path], object]]
-"""A file of a pack, and what writes it."""
+Step = tuple[str, Callable[[Path], object]]  # a file of a pack, and what writes it
 
 
 def _whole(write: Callable[[Path], object]) -> Callable[[Path], object]:
@@ -286,7 +285,6 @@ def _json(data: Any) -> str:
 
 
 def _all_files(folder: Path) -> list[tuple[str, Path]]:
-    """Return every file of a pack but its list of checksums, by name."""
     found = [(p.relative_to(folder).as_posix(), p) for p in folder.rglob("*") if p.is_file()]
     return sorted(each for each in found if not each[0].startswith(".") and each[0] != SUMS)
 
@@ -302,7 +300,6 @@ def _sum(path: Path, name: str) -> str:
 
 
 def _readme(folder: Path, found: dict[str, Any]) -> str:
-    """Write a page of one screen about a finished pack."""
     sizes = {k: path.stat().st_size for k, path in _all_files(folder) if k != "README.md"}
     objects = ", ".join(f"{n} {name}" for name, n in found["objects"].items())
     beta = ", ".join(f"{each:.3g}" for each in found["haze"]["beta"])

@@ -13,9 +13,7 @@ import numpy as np
 
 from bench.packs.content import Content, looks_of, whole_view
 from lod.errors import InputError
-from lod.hierarchy import Hierarchy
 from lod.shapes import Sticks, Triangles, batches_of
-from scenes.field.species_field import SpeciesField
 
 MAGIC, KEPT_MAGIC, VERSION = b"LODPARTS", b"LODKEPT1", 1
 
@@ -60,7 +58,10 @@ def hierarchy_tables(content: Content) -> dict[str, np.ndarray]:
         return sum(map(len, found[name]))
 
     for species, field in enumerate(content.scene.world.fields):
-        looks, trees = looks_of(field, whole_view(content.view)), _trees(field)
+        looks, trees = (
+            looks_of(field, whole_view(content.view)),
+            field.prototypes.part_tables.hierarchies,
+        )
         first = np.cumsum([0, *map(len, trees)])[:-1] + size("parts")
         thins = [each.is_thinned for each in trees]
         found["models"].append(_table(MODEL, first, list(map(len, trees)), species, thins))
@@ -111,11 +112,6 @@ def read_tables(path: Path) -> dict[str, np.ndarray]:
     for name, kind in TABLES.items():
         found[name] = np.frombuffer(data, kind, int(head[name]), at)
         at += found[name].nbytes
-    return found
-
-
-def _trees(field: SpeciesField) -> tuple[Hierarchy, ...]:
-    found: tuple[Hierarchy, ...] = field.prototypes.part_tables.hierarchies
     return found
 
 

@@ -16,8 +16,7 @@ from bench.packs.content import Content
 from lod.camera import Camera
 from scenes.render.description import Description, chains
 
-ATLAS = "ground.exr"
-"""The picture of the ground's albedo."""
+ATLAS = "ground.exr"  # the picture of the ground's albedo
 
 
 def write_geometry(path: Path, content: Content) -> None:
@@ -101,7 +100,6 @@ def _ground(out: io.TextIOWrapper, ground: Description) -> None:
 
 
 def _mesh(out: io.TextIOWrapper, shape: Description) -> None:
-    """Write the faces of each colour as a mesh of their own; models have one colour a face."""
     colours = shape["colours"][shape["faces"][:, 0]]
     for colour in np.unique(colours, axis=0):
         mine = shape["faces"][(colours == colour).all(axis=1)]

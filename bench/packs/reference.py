@@ -19,11 +19,8 @@ from scenes.render.pictures import auto_exposure, to_srgb
 from scenes.render.render import BuiltFrame, trace
 from scenes.sticks.prototype import LUMINANCE
 
-PASS = 16
-"""Samples of a pass, and the least of a half."""
-
-HALVES = 0, 10_000
-"""First frame numbers of the samples of each half."""
+PASS = 16  # samples of a pass, and the least of a half
+HALVES = 0, 10_000  # first frame numbers of the samples of each half
 
 EDGES_M = np.array((*BAND_EDGES_M, float(SKY_Z)))
 

@@ -20,7 +20,7 @@ _ROOT = "/pack"
 
 def write_geometry(path: Path, content: Content) -> None:
     """Write the ground, the prototypes with their levels, and where their copies stand."""
-    from pxr import Gf, UsdGeom, Vt
+    from pxr import Gf, UsdGeom, UsdShade, Vt
 
     stage = _stage(str(path))
     matte = _matte(stage)
@@ -51,7 +51,7 @@ def write_geometry(path: Path, content: Content) -> None:
     low, high = content.bounds()
     instancer.CreateExtentAttr(Vt.Vec3fArray([Gf.Vec3f(low), Gf.Vec3f(high)]))
     for each in (ground, instancer):
-        _bind(each.GetPrim(), matte)
+        UsdShade.MaterialBindingAPI.Apply(each.GetPrim()).Bind(matte)
     stage.GetRootLayer().Save()
 
 
@@ -96,7 +96,6 @@ def _stage(path: str) -> Any:
 
 
 def _shapes(stage: Any, place: str, shapes: list[Description]) -> None:
-    """Define the meshes of a prototype, and its sticks as curves with a colour each."""
     for number, shape in enumerate(shapes):
         if shape["type"] == "mesh":
             set_mesh(stage, f"{place}/mesh{number}", shape)
@@ -105,7 +104,6 @@ def _shapes(stage: Any, place: str, shapes: list[Description]) -> None:
 
 
 def _matte(stage: Any) -> Any:
-    """Make the one material: diffuse, of the colour that the geometry has."""
     from pxr import Sdf, UsdShade
 
     material = UsdShade.Material.Define(stage, f"{_ROOT}/matte")
@@ -123,9 +121,3 @@ def _matte(stage: Any) -> Any:
     out = surface.CreateOutput("surface", Sdf.ValueTypeNames.Token)
     material.CreateSurfaceOutput().ConnectToSource(out)
     return material
-
-
-def _bind(prim: Any, material: Any) -> None:
-    from pxr import UsdShade
-
-    UsdShade.MaterialBindingAPI.Apply(prim).Bind(material)

@@ -33,8 +33,7 @@ from lod.arrays import Reals
 from lod.errors import InputError
 from scenes.files import write_text
 
-Key = str | int | float | bool
-"""The value of a named key of a column."""
+Key = str | int | float | bool  # the value of a named key of a column
 
 
 @dataclass(frozen=True)

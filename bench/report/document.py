@@ -58,11 +58,7 @@ def verified(claims: Sequence[Claim]) -> str:
     return f"Verification of the program: {sound} of {len(claims)} as predicted{ends}."
 
 
-_EXPECTED = (
-    "1 more is an expected violation.",
-    "{} more are expected violations.",
-)
-
+_EXPECTED = ("1 more is an expected violation.", "{} more are expected violations.")
 
 CLAIM_HEADS = ("verdict", "condition", "claimed", "measured (95 %)", "unit", "source", "name")
 
@@ -172,8 +168,7 @@ def _provenance_rows(record: Record) -> list[tuple[str, str]]:
     return rows + [(key.replace("_", " "), _note_text(value)) for key, value in notes]
 
 
-_UNSAID = (NOTE, PROBE, CASES, PRESET_TEXT)
-"""Notes that are no text."""
+_UNSAID = (NOTE, PROBE, CASES, PRESET_TEXT)  # notes that are no text
 
 
 def _note_text(value: object) -> str:

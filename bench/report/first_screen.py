@@ -33,9 +33,7 @@ WHAT_THIS_IS_NOT = (
     "Times are of the machine that the record names, and compare methods within one run.",
 )
 
-
-FIRST = "counts"
-"""Name of the plot that opens the page where there is one: counts against the law."""
+FIRST = "counts"  # name of the plot that opens the page where there is one: counts against the law
 
 HEADLINE_HEADS = "verdict", "claim", "measured (95 %)", "unit", "command"
 

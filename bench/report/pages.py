@@ -82,8 +82,7 @@ def _marked_up(text: str) -> Markup:
     return Markup("").join(pieces)
 
 
-PLOTS = "plots"
-"""Folder of the plots and pictures, beside report.md."""
+PLOTS = "plots"  # folder of the plots and pictures, beside report.md
 
 
 def plot_files(section: Section, plot: Plot) -> dict[str, tuple[str, str]]:

@@ -28,8 +28,7 @@ from scipy import stats
 from lod.arrays import Reals
 from lod.errors import InputError
 
-TWO_SIDED_CONFIDENCE = 0.95
-"""The probability that an interval holds the truth."""
+TWO_SIDED_CONFIDENCE = 0.95  # the probability that an interval holds the truth
 
 TWO_SIDED_TAILS = (1 - TWO_SIDED_CONFIDENCE) / 2, (1 + TWO_SIDED_CONFIDENCE) / 2
 """The cumulative probabilities of both ends of an interval: 0.025 and 0.975."""

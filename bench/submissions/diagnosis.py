@@ -24,8 +24,7 @@ from scenes.sticks.prototype import LUMINANCE
 SMOOTHED_PX = 1.0, 4.0
 """Standard deviations of Gaussians by which pictures are smoothed before they are compared."""
 
-NAMED = 0.4
-"""The least share of the squared difference that a cause must explain to be named."""
+NAMED = 0.4  # the least share of the squared difference that a cause must explain to be named
 
 PARSIMONY = 0.03
 """A cause that was tried later must explain this much more than one that was tried before."""
@@ -33,8 +32,7 @@ PARSIMONY = 0.03
 LARGEST_FOV, LARGEST_SHIFT_PX = 0.05, 8.0
 """Beyond these a picture that fits by zooming or moving is no picture of this camera."""
 
-LEAST_AMOUNT = 0.3
-"""The least part of a pack's mistake that is named."""
+LEAST_AMOUNT = 0.3  # the least part of a pack's mistake that is named
 
 LEAST_EXPOSURE, LEAST_ZOOM, LEAST_SHIFT_PX = 0.01, 0.001, 0.1
 """Smaller mistakes than these are not named."""
@@ -68,7 +66,7 @@ def best_cause(
     for sigma in SMOOTHED_PX:
         # What is smoothed more is less noisy, and says more of light than of edges.
         for cause in _tried(tested, reference, exposure, variants, Z, sigma):
-            found = _better(found, cause)
+            found = cause if cause.explains > found.explains + PARSIMONY else found
     return found if found.explains >= NAMED else None
 
 
@@ -115,10 +113,6 @@ def _tried(
         for beyond in _DROP_BEYOND_M:
             dropped = np.where((beyond < Z)[..., None], bare, reference)
             yield cause(f"nothing beyond {beyond:g} m", shown(dropped))
-
-
-def _better(one: Cause, other: Cause) -> Cause:
-    return other if other.explains > one.explains + PARSIMONY else one
 
 
 def _candidates(tested: np.ndarray, reference: np.ndarray) -> Iterator[tuple[str, np.ndarray]]:

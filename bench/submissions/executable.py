@@ -23,13 +23,7 @@ from typing import Any
 
 import psutil
 
-from bench.submissions.entry import (
-    judged,
-    published_baseline,
-    record_of,
-    setting_row,
-    write_record,
-)
+from bench.submissions.entry import judged, published_baseline, record_of, setting_row, write_record
 from bench.submissions.score import plain
 from lod.errors import InputError
 

@@ -31,38 +31,26 @@ import numpy as np
 from scipy.ndimage import gaussian_filter
 
 from bench.images.differences import band_name, flip_map, mean_flip
-from bench.submissions.diagnosis import (
-    LARGEST_FOV,
-    LARGEST_SHIFT_PX,
-    best_cause,
-    registration,
-)
+from bench.submissions.diagnosis import LARGEST_FOV, LARGEST_SHIFT_PX, best_cause, registration
 from lod.errors import InputError
 from scenes.frame.layers import SKY_Z
 from scenes.render.exr.layer_file import read_pixels
 from scenes.render.pictures import auto_exposure, to_srgb
 from scenes.sticks.prototype import LUMINANCE
 
-LEAST_KEPT = 0.5
-"""The least of a band's structure that a picture must keep."""
-
-MOST_LUMINANCE = 0.15
-"""How far the luminance of a band may be off, as a share of the reference's."""
-
-MOST_SKY = 0.02
-"""How far the luminance of the clear sky may be off: no method changes it."""
+LEAST_KEPT = 0.5  # the least of a band's structure that a picture must keep
+MOST_LUMINANCE = 0.15  # how far the luminance of a band may be off, as a share of the reference's
+MOST_SKY = 0.02  # how far the luminance of the clear sky may be off: no method changes it
 
 MOST_ZOOM, MOST_SHIFT_PX = 0.004, 0.5
 """How far the camera may be off: enlargement, and movement of the picture [px]."""
 
-LEAST_SHARE = 0.01
-"""Bands are judged that fill at least this share of the picture."""
+LEAST_SHARE = 0.01  # bands are judged that fill at least this share of the picture
 
 LEAST_STRUCTURE = 0.5
 """What a band keeps is judged where so much of the reference's structure is no noise."""
 
-WITHIN = 0.005
-"""Land luminance and coverage of a renderer that draws everything agree within this."""
+WITHIN = 0.005  # land luminance and coverage of a renderer that draws everything agree within this
 
 _STRUCTURE_PX = 4.0
 _COPIED = 0.2
@@ -178,16 +166,12 @@ def judge_picture(picture: np.ndarray, target: Target, Z: np.ndarray | None = No
         named = "a copy of the reference", 1.0
     else:
         named = (found.name, round(found.explains, 4)) if found else ("", 0.0)
-    if found and _is_mistake(found.name) and named[0] == found.name:
+    free = ("blurred", "half size", "nothing beyond")  # what a method may do, by its error
+    if found and not found.name.startswith(free) and named[0] == found.name:
         reasons = [f"another picture: {found.name}", *reasons]
         if not found.name.startswith(("camera", "field of view")):
             reasons = [each for each in reasons if not each.startswith("camera")]
     return Judged("; ".join(reasons), *named, **measured)
-
-
-def _is_mistake(name: str) -> bool:
-    """Tell mistakes from what a method may choose to do, and is judged by its error."""
-    return not name.startswith(("blurred", "half size", "nothing beyond"))
 
 
 def _void(reason: str, floor: float, cause: str) -> Judged:
@@ -261,7 +245,6 @@ def _flip(tested: np.ndarray, reference: np.ndarray, exposure: float) -> float:
 
 
 def _levels(picture: np.ndarray) -> np.ndarray:
-    """Return the different values of the channel that has most of them."""
     return max((np.unique(picture[..., c]) for c in range(3)), key=len)
 
 

@@ -30,7 +30,6 @@ VectorLike = Sequence[float] | np.ndarray
 Components = tuple[float, float, float, float]
 """i, j, k and the real part."""
 
-
 Quaternion: TypeAlias = Quaternion4f64
 
 EAST: Vector = (1.0, 0.0, 0.0)
@@ -342,10 +341,7 @@ class SimpleActor(Actor):
             raise InputError(where, list(cls.part_types), rule, "use another class of Actor")
 
     def __init__(
-        self,
-        joint: RevoluteJoint = IDENTITY_JOINT,
-        appearance: Any = None,
-        name: str | None = None,
+        self, joint: RevoluteJoint = IDENTITY_JOINT, appearance: Any = None, name: str | None = None
     ) -> None:
         super().__init__(joint=joint, appearance=appearance, name=name)
 

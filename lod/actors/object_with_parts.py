@@ -434,9 +434,7 @@ def _check_types(where: str, types: Mapping[str, type[ObjectWithParts]]) -> None
 
 
 def _assembled(
-    whole: str,
-    types: Mapping[str, type[ObjectWithParts]],
-    given: Mapping[str, ObjectWithParts],
+    whole: str, types: Mapping[str, type[ObjectWithParts]], given: Mapping[str, ObjectWithParts]
 ) -> dict[str, ObjectWithParts]:
     for name in given:
         if name not in types:

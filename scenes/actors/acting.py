@@ -64,8 +64,7 @@ from scenes.models.catalogue import at_rest
 from scenes.processes.streams import came_from_outside
 from scenes.rig.rigged_prototype import RiggedPrototype
 
-MOST_MESSAGES = 2000
-"""Messages that a behaviour may send at one update."""
+MOST_MESSAGES = 2000  # messages that a behaviour may send at one update
 
 Attend = Callable[[str], object]
 Acts = Generator[Message | None, Any, None]
@@ -279,8 +278,7 @@ def bound_px(
     return px, np.where(seen, px, px * lens.offscreen)
 
 
-LONGEST_COAST_S = 1.0
-"""Longest time between two updates [s]."""
+LONGEST_COAST_S = 1.0  # longest time between two updates [s]
 
 
 @dataclass(frozen=True)

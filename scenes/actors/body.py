@@ -47,8 +47,7 @@ from scenes.rig.rigged_prototype import RiggedPrototype
 Guard = Callable[[Message], Message | str]
 """Looks at a message to a limb: gives it, or another of its kind, or says why it is refused."""
 
-FASTEST = 40.0
-"""Greatest speed of a body [m/s]."""
+FASTEST = 40.0  # greatest speed of a body [m/s]
 
 ACCELERATION, SPIN_ACCELERATION = 4.0, 12.0
 """How fast a body's speed [m/s²] and rate of turning [rad/s²] may change."""

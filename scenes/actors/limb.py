@@ -132,8 +132,7 @@ def _name(prototype: RiggedPrototype, row: int) -> str:
     return bare if side in SIDES and side == above else prototype.limbs[row]
 
 
-EIGHTHS = 8
-"""Steps in which a pose goes from rest (0) to the whole walk."""
+EIGHTHS = 8  # steps in which a pose goes from rest (0) to the whole walk
 
 SLOWEST, STRIDE_POWER, LONGEST_STRIDE = 0.1, 0.6, 1.3
 """Speed below which a walker's pose goes over to rest, power of the speed as which the stride goes,

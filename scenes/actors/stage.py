@@ -29,11 +29,8 @@ from lod.actors.object_with_parts import (
 from scenes.actors.body import Body, CameraBody, Posture
 from scenes.actors.performance import PHASE, YAW, Eye, Held, X, Y
 
-CAMERA = "camera"
-"""Name of the camera among the actors."""
-
-Height = Callable[[float, float], float]
-"""Height of the ground at a place [m]."""
+CAMERA = "camera"  # name of the camera among the actors
+Height = Callable[[float, float], float]  # height of the ground at a place [m]
 
 _GONE = (np.nan,) * 10
 _SPEED, _SPIN, _CADENCE, _WENT, _TIME = range(6, 11)
@@ -55,11 +52,7 @@ class Stage(ObjectWithParts):
     """A scene of bodies and a camera."""
 
     def __init__(
-        self,
-        bodies: Mapping[str, Body],
-        camera: CameraBody,
-        height: Height,
-        wind_deg: float = 90.0,
+        self, bodies: Mapping[str, Body], camera: CameraBody, height: Height, wind_deg: float = 90.0
     ) -> None:
         """Assemble the scene; the order of the bodies is that of their numbers.
 

@@ -39,15 +39,9 @@ from scenes.sticks.prototype import PartSticks, Shapes
 MOSTLY = 0.4
 """Share of a part's own stick that must be seen, over all directions, for the stick to stay."""
 
-WORTH = 0.01
-"""Least share of what a part covers that the sticks that stay have together."""
-
-STEPS = 3
-"""Steps to the right cover from each elevation."""
-
-
-CODE = ("lod", "scenes.sticks", "scenes.appearance")
-"""Sources that a fit depends on."""
+WORTH = 0.01  # least share of what a part covers that the sticks that stay have together
+STEPS = 3  # steps to the right cover from each elevation
+CODE = ("lod", "scenes.sticks", "scenes.appearance")  # sources that a fit depends on
 
 _COLUMNS = tuple(each.name for each in fields(StickTable))
 
@@ -60,20 +54,16 @@ FLAT = 2.0
 """The square of a flat spray's width over its length times its thickness: more in a plate, 1 in a
 ball, less in a rod."""
 
-BLOBS_PER_DECADE = 1.2
-"""Blobs for each tenfold of the sticks that they stand for."""
+BLOBS_PER_DECADE = 1.2  # blobs for each tenfold of the sticks that they stand for
 
 _STEP = 0.7
 """Power of the missing area by which radii grow: converges for thin sticks and for round blobs."""
 
-SEEN_FROM = (0, 2, 4)
-"""Elevations, as rows of ELEVATIONS_DEG, over which cover is compared."""
+SEEN_FROM = (0, 2, 4)  # elevations, as rows of ELEVATIONS_DEG, over which cover is compared
 
-GREATEST, LEAST = 0.97, -1.5
-"""Bounds on an overlap."""
+GREATEST, LEAST = 0.97, -1.5  # bounds on an overlap
 
-TOLERANCE = 2e-3
-"""How near its cover is to be, relative."""
+TOLERANCE = 2e-3  # how near its cover is to be, relative
 
 _STEPS = 4
 _NOTHING = 1e-6  # a share of area at which a stick is too thin to be met

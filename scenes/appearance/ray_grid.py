@@ -16,11 +16,8 @@ from lod.kernels import njit
 from lod.shapes import StickTable
 from scenes.sticks.prototype import Shapes
 
-BOX_M = 0.25
-"""Side of a box [m]."""
-
-NOTHING = np.inf
-"""Distance of the first shape along a ray that meets none."""
+BOX_M = 0.25  # side of a box [m]
+NOTHING = np.inf  # distance of the first shape along a ray that meets none
 
 
 class Grids(NamedTuple):
@@ -68,7 +65,6 @@ def make_grids(objects: Sequence[StickTable | Shapes]) -> Grids:
 
 
 def _rows(one: StickTable | Shapes) -> np.ndarray:
-    """Rows of ``Grids.shapes`` of one object."""
     table = one if isinstance(one, StickTable) else one.sticks
     radii = table.start_radius, table.end_radius
     length = np.sqrt(((table.end - table.start) ** 2).sum(axis=1))

@@ -24,28 +24,21 @@ from scenes.processes.progress import tell
 from scenes.sticks.areas import AZIMUTHS_DEG, ELEVATIONS_DEG, with_area_share
 from scenes.sticks.prototype import LUMINANCE, Prototype, Shapes
 
-LINES = 80_000
-"""Lines of sight from each elevation, over all objects that are fitted together."""
+LINES = 80_000  # lines of sight from each elevation, over all objects that are fitted together
 
 SIZE_M = 10.0
 """Range R that objects are scaled to, so that rays go through boxes of a like size [m]."""
 
-BOUNDS = 0.05, 2.5
-"""Least and greatest tone."""
-
-FAINT = 0.03
-"""Share of an object's light below which shapes keep their own albedo."""
+BOUNDS = 0.05, 2.5  # least and greatest tone
+FAINT = 0.03  # share of an object's light below which shapes keep their own albedo
 
 _SEED = 0x70E
 _NEWTON_STEPS = 12
 _CIRCLE = np.array((0.5, *(1.0,) * (len(AZIMUTHS_DEG) - 2), 0.5)) / (len(AZIMUTHS_DEG) - 1)
 """Share of the circle that each of AZIMUTHS_DEG stands for."""
 
-_OFFSET_M = 1e-4
-"""Distance from a surface at which rays leave it [m]."""
-
-_BLOCK = 1024
-"""Number of lines whose light is added up at once."""
+_OFFSET_M = 1e-4  # distance from a surface at which rays leave it [m]
+_BLOCK = 1024  # number of lines whose light is added up at once
 
 _GOLDEN = (math.sqrt(5) - 1) / 2
 

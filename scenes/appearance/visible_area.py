@@ -148,11 +148,8 @@ def _draw(k, disc0, disc1, spacing, nearest, seen):  # type: ignore[no-untyped-d
                     nearest[row, column], seen[row, column] = z, k
 
 
-AZIMUTHS = 8
-"""Views from each of ELEVATIONS_DEG, turned from one elevation to the next."""
-
-RAYS = 200
-"""Rays across the object's largest extent."""
+AZIMUTHS = 8  # views from each of ELEVATIONS_DEG, turned from one elevation to the next
+RAYS = 200  # rays across the object's largest extent
 
 _TURN_DEG = 38.2
 

@@ -40,8 +40,7 @@ from scenes.processes.cache import content_key
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.sticks.prototype import Prototype
 
-Shares = Float64[np.ndarray, "n k"]
-"""Shares by point and species."""
+Shares = Float64[np.ndarray, "n k"]  # shares by point and species
 
 Kinds = Float64[np.ndarray, " k"]
 Triple = Float64[np.ndarray, "3"]

@@ -54,8 +54,7 @@ from scenes.sticks.areas import (
 _DISTANCES = np.geomspace(1e-4, 1.0, 384)
 """Distances at which shares are tabled, over the farthest limit distance."""
 
-WHOLE, RIGID = -2, -1
-"""Kinds of wholes whose parts thin out, and of what does not thin out."""
+WHOLE, RIGID = -2, -1  # kinds of wholes whose parts thin out, and of what does not thin out
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,9 +136,7 @@ def at_motion(motion: Reals, at_step: Callable[[int, Ints], Reals]) -> Reals:
     return found
 
 
-_SHORTEST_RUN = 16384
-"""Parts for which another thread is worth its start."""
-
+_SHORTEST_RUN = 16384  # parts for which another thread is worth its start
 _GOLDEN = (math.sqrt(5) - 1) / 2  # multiples of it fall evenly on 0 to 1 (Weyl)
 
 
@@ -377,16 +374,14 @@ def _shown(prototype: RiggedPrototype) -> tuple[RiggedSticks, ViewDependence]:
     return leaf.take(shown), replace(views, table_row=rows) if len(views.table_row) else views
 
 
-PLAIN = 4.0
-"""How much wider a mesh stands for so many like it that its bends are not seen."""
+PLAIN = 4.0  # how much wider a mesh stands for so many like it that its bends are not seen
 
 TONE = 0.03
 """Power of how much wider a mesh is by which it gets darker. Few wide blades shade one another, and
 the ground, less evenly than many narrow ones: in a stand on hills, under suns of 10°, 40° and 70°,
 they were 3 % too bright where 5 times as wide, and 5 to 7 % where 20 times."""
 
-_SHORTEST_STICK_RUN = 8192
-"""Sticks for which another thread is worth its start."""
+_SHORTEST_STICK_RUN = 8192  # sticks for which another thread is worth its start
 
 
 def emit(

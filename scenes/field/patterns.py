@@ -21,8 +21,7 @@ from scenes.field.cells import CellSamples, PoissonCells, SquareCells, uniforms
 _FARTHEST = 5.0
 """Deviations σ beyond which a cluster has no objects: 4 in a million of a whole Gaussian."""
 
-_OFFSPRING = 2**20
-"""More objects than a cluster ever has."""
+_OFFSPRING = 2**20  # more objects than a cluster ever has
 
 
 @dataclass(frozen=True)
@@ -220,7 +219,6 @@ def _grown(cell_x: np.ndarray, cell_y: np.ndarray, by: int) -> tuple[np.ndarray,
 
 
 def _among(x: np.ndarray, y: np.ndarray, cell_x: np.ndarray, cell_y: np.ndarray) -> np.ndarray:
-    """Tell which of the cells (x, y), (n,), are among these, (n,)."""
     if not len(x) or not len(cell_x):
         return np.zeros(len(x), bool)
     low_x, low_y = min(x.min(), cell_x.min()), min(y.min(), cell_y.min())

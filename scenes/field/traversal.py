@@ -32,8 +32,7 @@ from scenes.rig.pose import (
     transform_point,
 )
 
-_ROUNDING_M = 1e-6
-"""More than positions within a frame are ever rounded by [m]."""
+_ROUNDING_M = 1e-6  # more than positions within a frame are ever rounded by [m]
 
 
 class TraversalTables(NamedTuple):
@@ -113,8 +112,7 @@ as it fills."""
 _UNKNOWN, _FAILS, _PASSES, _BY_VIEW, _BY_POSITION = 0, 1, 2, 3, 4
 """What is known of a part's test before its position: its outcome, or what decides it."""
 
-_SHORTEST_RUN = 256
-"""Objects for which another thread is worth its start."""
+_SHORTEST_RUN = 256  # objects for which another thread is worth its start
 
 
 class DisplayedRows(NamedTuple):

@@ -28,11 +28,8 @@ Share = Annotated[Number, Field(ge=0, le=1)]
 Triple = tuple[Number, Number, Number]
 Colour = tuple[Share, Share, Share]
 
-SIDES = {"left": 1.0, "right": -1.0}
-"""Sign of y on each side."""
-
-MEAN = "mean"
-"""Material of a blob: the mean tint of everything that it replaces, by outline area."""
+SIDES = {"left": 1.0, "right": -1.0}  # sign of y on each side
+MEAN = "mean"  # material of a blob: the mean tint of everything that it replaces, by outline area
 
 
 class Table(BaseModel):
@@ -181,8 +178,7 @@ def side_of(name: str) -> tuple[float, str]:
     return (SIDES[hand], bare) if hand in SIDES else (1.0, name)
 
 
-CORE = 0.75
-"""Radius of the hidden core, as a share of the leaf appearance's."""
+CORE = 0.75  # radius of the hidden core, as a share of the leaf appearance's
 
 
 def build_prototype(name: str, anatomy: Anatomy, build: Build) -> RiggedPrototype:

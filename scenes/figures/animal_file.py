@@ -177,8 +177,7 @@ def _materials(rng: np.random.Generator) -> dict[str, tuple[float, float, float]
     }
 
 
-_HEAD, _LEG = 0.13, 0.525
-"""Shares of stature in the tables: chin to crown, and sole to hip."""
+_HEAD, _LEG = 0.13, 0.525  # shares of stature in the tables: chin to crown, and sole to hip
 
 
 @cache

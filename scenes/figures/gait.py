@@ -44,8 +44,7 @@ from scenes.rig.rigged_prototype import RiggedPrototype
 Axis = Literal["x", "y", "z"]
 AXES: tuple[Axis, ...] = ("x", "y", "z")
 
-GRAVITY = 9.81
-"""Acceleration of free fall [m/s²]."""
+GRAVITY = 9.81  # acceleration of free fall [m/s²]
 
 
 @dataclass(frozen=True)
@@ -246,8 +245,7 @@ def _foot_path(
 
 KEYS = 32
 
-REACH = 0.996
-"""How far a leg may be stretched, as a share of its length: knees are never locked."""
+REACH = 0.996  # how far a leg may be stretched, as a share of its length: knees are never locked
 
 
 def with_gait(prototype: RiggedPrototype, gait: Gait) -> RiggedPrototype:

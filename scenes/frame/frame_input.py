@@ -168,8 +168,6 @@ class Quality:
         (analytic), or as a medium that scatters light (medium, the reference)
     sun_sampling  share of light samples for the sun against 1 for the sky, in scalar and spectral
         variants and in a medium; elsewhere the sun is sampled at every vertex
-    sampler    a Mitsuba sampler for JIT variants; of those that were tried none has less noise for
-        the time than multijitter
     coverage   whether it is counted which objects the samples of a pixel meet
     window     what of the picture is rendered; None = all of it
     most_samples  traced at once: bounds memory, and how long Ctrl-C waits
@@ -181,7 +179,6 @@ class Quality:
     max_depth: int = 4
     haze: str = "analytic"
     sun_sampling: float = 12.0
-    sampler: str = "multijitter"
     coverage: bool = False
     window: Window | None = None
     most_samples: int = 2**19

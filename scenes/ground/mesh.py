@@ -69,8 +69,7 @@ from scenes.ground.shading import (
     seen_facets,
 )
 
-QUADS = 4
-"""Quads along the side of a patch; a tile has twice as many."""
+QUADS = 4  # quads along the side of a patch; a tile has twice as many
 
 MOST_COARSER = 2
 """Largest difference of depth of neighbours: a side of 2**2 quads can meet one coarser quad."""
@@ -78,11 +77,7 @@ MOST_COARSER = 2
 
 def lattice_mesh(
     patches: Patches, coarser: Int64[np.ndarray, "n 4"]
-) -> tuple[
-    Int64[np.ndarray, "v 2"],
-    Int64[np.ndarray, "f 3"],
-    Int64[np.ndarray, " f"],
-]:
+) -> tuple[Int64[np.ndarray, "v 2"], Int64[np.ndarray, "f 3"], Int64[np.ndarray, " f"]]:
     """Vertices, faces, and the owner of each face, of one watertight mesh.
 
     Vertices (v, 2) are places counted in quads of the deepest patches, ascending. Faces (f, 3) are
@@ -260,8 +255,7 @@ def place_keys(where: Places) -> Ints:
     return (where[:, 0] << 32) | where[:, 1]
 
 
-_RUN = 8192
-"""Points that are shaded at once: as many as suit the processor's cache."""
+_RUN = 8192  # points that are shaded at once: as many as suit the processor's cache
 
 _NO_POINTS = np.zeros((0, 3))
 EMPTY_MESH = Triangles(_NO_POINTS, _NO_POINTS, _NO_POINTS, _NO_POINTS, np.zeros(0))
@@ -319,8 +313,7 @@ def _by_runs(task: Callable[[slice], np.ndarray], points: Sized, columns: int) -
     return found
 
 
-SAMPLES = 4
-"""Points along each side of a tile at which its heights are sampled to bound them."""
+SAMPLES = 4  # points along each side of a tile at which its heights are sampled to bound them
 
 MOST_TILES = 240_000
 """Largest number of tiles examined on one level; more would make tens of millions of triangles."""

@@ -50,7 +50,6 @@ SIDES = ((0, -1), (1, 0), (0, 1), (-1, 0))
 QUARTERS = np.array(((0, 0), (1, 0), (0, 1), (1, 1)))
 """Places of the quarters of a square, counted in their own sides."""
 
-
 Squares = tuple[Int64[np.ndarray, " q"], Int64[np.ndarray, " q"], Int64[np.ndarray, " q"]]
 """Level, x and y of squares of a quadtree, x and y counted in their own sides."""
 
@@ -256,11 +255,8 @@ def _wavelengths(relief: Relief, spacings: Reals) -> Reals:
     return np.minimum(2 * spacings, relief.wavelength)
 
 
-COLUMN_PX = 6.0
-"""Width of a column at the picture's centre [px]."""
-
-GROWTH = 1.04
-"""Ratio of the distances of a column's samples that follow each other."""
+COLUMN_PX = 6.0  # width of a column at the picture's centre [px]
+GROWTH = 1.04  # ratio of the distances of a column's samples that follow each other
 
 _NEAREST_M = 4.0
 _LEAST_AHEAD = 0.1

@@ -45,11 +45,8 @@ class Ground(Protocol):
         """Lowest and highest that the ground can be anywhere [m]."""
 
 
-SHORTEST_M = 0.25
-"""Wavelength of the last octave; smaller bumps count as grass [m]."""
-
-LIKELY_RMS = 4.0
-"""How many times its RMS a sum of octaves rarely is away from its mean."""
+SHORTEST_M = 0.25  # wavelength of the last octave; smaller bumps count as grass [m]
+LIKELY_RMS = 4.0  # how many times its RMS a sum of octaves rarely is away from its mean
 
 _STREAM = 0x52454C494546
 """Word by which the relief's random numbers differ from others of the same seed."""
@@ -168,10 +165,7 @@ class Relief:
         return octave_values(_octaves(self, corner), xy, shortest, self.crest)
 
     def slopes(
-        self,
-        corner: Corner,
-        xy: Float64[np.ndarray, "n 2"],
-        shortest: Float64[np.ndarray, "n ..."],
+        self, corner: Corner, xy: Float64[np.ndarray, "n 2"], shortest: Float64[np.ndarray, "n ..."]
     ) -> Float64[np.ndarray, "n _"]:
         """Slopes along x and y without octaves shorter than ``shortest`` at each point, (n, 2).
 

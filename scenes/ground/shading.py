@@ -67,11 +67,8 @@ class AggregateCover(Protocol):
         """
 
 
-_SMOOTH = 1e-6
-"""Variance of slopes below which ground counts as smooth."""
-
-_LEAST_UP = 0.05
-"""Least upward component of a normal: a height field has no overhangs."""
+_SMOOTH = 1e-6  # variance of slopes below which ground counts as smooth
+_LEAST_UP = 0.05  # least upward component of a normal: a height field has no overhangs
 
 _LEAST_FACING = 0.05
 """Least cosine to the eye of a normal that is tilted from the sun, if it had as much before."""
@@ -226,20 +223,17 @@ GROUND_MATERIALS = {
 """Grass and earth; gravel and rock; alpine grass and rock under snow."""
 
 SNOW = (0.80, 0.83, 0.87)
-_SNOW_EDGE = 0.5
-"""Range of heights over which snow thins out, in units of the relief's RMS."""
+_SNOW_EDGE = 0.5  # range of heights over which snow thins out, in units of the relief's RMS
 
 _SNOW_FROM, _SNOW_TO = 0.75, 1.15
 """Tangents of the slopes on which snow begins to slide, and on which none stays."""
 
-_SIDES = 2.0 ** np.arange(10, -4, -1)
-"""Sizes of patches, from 1024 m to 0.125 m across."""
+_SIDES = 2.0 ** np.arange(10, -4, -1)  # sizes of patches, from 1024 m to 0.125 m across
 
 _FALL = 0.92
 """Ratio of the RMS of octaves of patches to that of patches twice as large, as in vegetation."""
 
-_LEVEL = 1e-6
-"""Half the variance of slopes below which none count as hidden."""
+_LEVEL = 1e-6  # half the variance of slopes below which none count as hidden
 
 _PATCHES = 0x50415443485459
 """Word by which the patches' random numbers differ from others of the same seed."""

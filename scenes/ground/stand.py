@@ -37,8 +37,7 @@ from scenes.sticks.prototype import Prototype
 
 _SEED = np.uint64(0x57A4D)
 
-_LAYER = 2**40
-"""What the numbers of a line's stands in one layer and the next differ by."""
+_LAYER = 2**40  # what the numbers of a line's stands in one layer and the next differ by
 
 
 class StandField(NamedTuple):
@@ -227,17 +226,13 @@ def _poisson_count(stand, u):  # type: ignore[no-untyped-def]
     return n
 
 
-MAX_DEPTH = 4
-"""Longest path in segments, as presets have it by default (``render.max_depth``)."""
-
-GROUND = -1
-"""Row in place of a stick's where a line of sight meets no stick, but the ground."""
+MAX_DEPTH = 4  # longest path in segments, as presets have it by default (``render.max_depth``)
+GROUND = -1  # row in place of a stick's where a line of sight meets no stick, but the ground
 
 _OFFSET_M = 1e-4
 """Distance from a surface at which rays leave it, so that they do not meet it again [m]."""
 
-_LINES_PER_THREAD = 64
-"""Number of lines for which another thread is worth its start."""
+_LINES_PER_THREAD = 64  # number of lines for which another thread is worth its start
 
 
 class LineSamples(NamedTuple):
@@ -374,11 +369,8 @@ Depressions are angles of the eye above the horizon, azimuths are those of the e
 at 0 the sun is behind the viewer.
 """
 
-LINES = 10_000
-"""Lines of sight from each depression, each through a stand of its own."""
-
-LEVELS = 33
-"""Number of heights at which the share of outlines above is measured."""
+LINES = 10_000  # lines of sight from each depression, each through a stand of its own
+LEVELS = 33  # number of heights at which the share of outlines above is measured
 
 SpeciesDensity = tuple[tuple[Prototype | RiggedPrototype, ...], float]
 """Equally likely prototypes, and their density [1/m²]."""

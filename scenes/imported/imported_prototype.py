@@ -43,8 +43,7 @@ from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.sticks.areas import ViewDependence, along, directions, frame_across
 from scenes.sticks.prototype import PartSticks, bounds_of_all_below, box_middles, part_contrast
 
-_PIECES = 48
-"""Pieces of one mesh, about as many or more."""
+_PIECES = 48  # pieces of one mesh, about as many or more
 
 _MOST_BALLS = 200_000
 """Balls of a model, about as many at most: beyond, one ball stands for several pieces in a row."""
@@ -114,11 +113,8 @@ def surface_balls(meshes: MeshTable) -> tuple[StickTable, Points]:
 
 Tints = Float64[np.ndarray, "t 3"]
 
-END_STICKS = 3
-"""Sticks of one end at most."""
-
-TINTS = 24
-"""Tints of a model at most."""
+END_STICKS = 3  # sticks of one end at most
+TINTS = 24  # tints of a model at most
 
 
 def model_appearances(tree: PartTree, area: Reals) -> tuple[StickTable, Tints, FittedAppearances]:
@@ -213,8 +209,7 @@ def motion_of(tree: PartTree, rig: Rig) -> Motion:
     return Motion(rotations, np.zeros((keys, 3)), 0.0, tree.period)
 
 
-CELLS = 160
-"""Of the longer side of a projected part."""
+CELLS = 160  # of the longer side of a projected part
 
 
 def projected_areas(

@@ -17,13 +17,7 @@ from lod.errors import InputError
 from lod.shapes import MeshTable, middles
 from scenes.files import whole_file
 from scenes.imported.gltf import read_gltf
-from scenes.imported.part_tree import (
-    MESH_COLUMNS,
-    OWN_COLUMNS,
-    PartTree,
-    Sidecar,
-    build_tree,
-)
+from scenes.imported.part_tree import MESH_COLUMNS, OWN_COLUMNS, PartTree, Sidecar, build_tree
 from scenes.imported.usd import read_usd
 from scenes.model_files import (
     SUFFIXES,
@@ -38,8 +32,7 @@ from scenes.processes.cache import kept
 _BROKEN = ArithmeticError, AttributeError, LookupError, RuntimeError, TypeError, ValueError
 """What libraries, and what is made of their results, meet in a file that is not as it must be."""
 
-FORMAT = 1
-"""Version of the file; one of another version is refused."""
+FORMAT = 1  # version of the file; one of another version is refused
 
 
 def pack(tree: PartTree) -> bytes:

@@ -25,15 +25,13 @@ from scenes.model_files import CLOSED, first_error
 MOST_NODES, MOST_TRIANGLES = 50_000, 2_000_000
 """Nodes and triangles of one model at most: what a process can hold, prune and measure."""
 
-MOST_BYTES = 2**29
-"""Of a file, and of all that it names, at most."""
+MOST_BYTES = 2**29  # of a file, and of all that it names, at most
 
 OBJECT_FROM_Y_UP = np.array([[0, 0, 1, 0], [1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1.0]])
 """x ahead, y left and z up, from x left, y up and z ahead."""
 
 SMALLEST_M, LARGEST_M = 1e-3, 1e4
 """Sides of the box about a model, the longest of them, from a pebble's to a mountain's [m]."""
-
 
 OWN_COLUMNS = ("parent", "level", "frame", "axis", "turns", "swing")
 MESH_COLUMNS = ("first_vertex", "first_face", "vertices", "normals", "colours", "faces")
@@ -327,8 +325,7 @@ def _check_size(where: str, meshes: MeshTable) -> None:
         raise InputError(where, f"{farthest:.3g} m", rule, "move it to the origin")
 
 
-TEXTURE_PIXELS = 64
-"""A texture counts as it looks when averaged down to at most this on a side."""
+TEXTURE_PIXELS = 64  # a texture counts as it looks when averaged down to at most this on a side
 
 _LARGEST_TEXTURE = 2**26
 _LARGEST_M = 1e15

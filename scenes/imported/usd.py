@@ -35,11 +35,8 @@ from scenes.imported.part_tree import (
     texture_colours,
 )
 
-MOST_TEXT_BYTES = 2**25
-"""Of a layer that is text, which takes some 30 times as much memory."""
-
-_MOST_FOLDED = 1e-3
-"""Of the area of polygons, what their fans may cover beyond them."""
+MOST_TEXT_BYTES = 2**25  # of a layer that is text, which takes some 30 times as much memory
+_MOST_FOLDED = 1e-3  # of the area of polygons, what their fans may cover beyond them
 
 OBJECT_FROM_Z_UP = np.array([[0, -1, 0, 0], [1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1.0]])
 

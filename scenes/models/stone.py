@@ -32,8 +32,7 @@ from lod.shapes import StickTable
 from scenes.appearance.fit import fit_appearances
 from scenes.sticks.prototype import PartPlaces, PartSticks, Prototype, assemble_prototype
 
-SUNK = 1.7
-"""Radius of the finest balls in sides of their cells: bumps of a seventh of a cell."""
+SUNK = 1.7  # radius of the finest balls in sides of their cells: bumps of a seventh of a cell
 
 _JITTER = 0.3
 """How far the finest balls stand from their places along the surface, in sides of their cells: on
@@ -170,13 +169,10 @@ TINTS = np.concatenate((STONE, LICHEN))
 """Linear Rec.709 albedo of weathered granite, from dark to light, and of what grows on it; chosen
 by eye."""
 
-SIDE_M = 2.0
-"""Side of the octree's cube."""
+SIDE_M = 2.0  # side of the octree's cube
+DEPTH = 6  # finest cells are 2^-DEPTH of the cube: 3 cm
 
-DEPTH = 6
-"""Finest cells are 2^-DEPTH of the cube: 3 cm."""
-
-_PLANES = 11
+_PLANES, _ROUNDED = 11, 0.07
 _STREAM = 0xB01D
 
 
@@ -202,7 +198,10 @@ def boulder_solid(seed: int, k: int, depth: int = DEPTH) -> Solid:
     support = np.linalg.norm(normals * half, axis=1)
     depths = support * rng.uniform(0.62, 0.95, _PLANES)
     for normal, far in zip(normals, depths, strict=True):
-        outside = _rounded_max(outside, (xyz @ normal - far) / half.mean(), 0.07)
+        # The greater of two fields, rounded where they are near each other (a quadratic blend).
+        plane = (xyz @ normal - far) / half.mean()
+        near = np.maximum(_ROUNDED - np.abs(outside - plane), 0.0) / _ROUNDED
+        outside = np.maximum(outside, plane) + near * near * _ROUNDED / 4
     outside = outside + 0.09 * _noise(rng, s, 2, 2.6)
     tone, growth = _noise(rng, s, 4, 1.8), _noise(rng, s, 3, 2.0)
     corner = SIDE_M * np.array((-0.5, -0.5, -0.43))
@@ -212,14 +211,6 @@ def boulder_solid(seed: int, k: int, depth: int = DEPTH) -> Solid:
     lichen = LICHEN[np.where(tone > 0, 0, 1)]
     albedo = np.where((patch > 1.25)[..., None], lichen, STONE[row])
     return Solid(outside < 0, albedo, corner, SIDE_M)
-
-
-def _rounded_max(
-    a: Float64[np.ndarray, "s s s"], b: Float64[np.ndarray, "s s s"], width: float
-) -> Float64[np.ndarray, "s s s"]:
-    """The greater of two fields, rounded where they are within ``width`` (a quadratic blend)."""
-    near = np.maximum(width - np.abs(a - b), 0.0) / width
-    return np.maximum(a, b) + near * near * width / 4
 
 
 def _noise(

@@ -47,16 +47,14 @@ VARIABLE = "LODBENCH_CACHE"
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = tuple(ROOT / name for name in ("lod", "scenes", "bench"))
 
-LIMIT_BYTES = 2 * 2**30
-"""Size above which the entries that were used longest ago are removed."""
+LIMIT_BYTES = 2 * 2**30  # size above which the entries that were used longest ago are removed
 
 FITTED = ROOT / "scenes" / "appearance" / "fitted.zip"
 FITTED_KINDS = ("appearance", "overlap", "tone", "stand", "sky")
 
 _FORMAT = "arrays 4"
 _SUBFOLDER, _SUFFIX = "arrays", ".arrays"
-_ABANDONED_S = 24 * 3600.0
-"""After which a file that nobody finished is removed."""
+_ABANDONED_S = 24 * 3600.0  # after which a file that nobody finished is removed
 
 _WRITING = threading.Lock()
 _ROOMS = ("lod.", "scenes.")
@@ -115,7 +113,6 @@ def kept(
 
 @functools.cache
 def _fitted() -> dict[str, list[str]]:
-    """List what comes with the package: members of FITTED by kind and key."""
     found: dict[str, list[str]] = {}
     with suppress(OSError, zipfile.BadZipFile):
         with zipfile.ZipFile(FITTED) as file:

@@ -21,8 +21,7 @@ from pathlib import Path
 from lod.errors import InputError
 
 NAME = ".lodbench"
-_PATIENCE_S = 1.0
-"""For those that are themselves about to withdraw."""
+_PATIENCE_S = 1.0  # for those that are themselves about to withdraw
 
 
 @contextlib.contextmanager

@@ -20,11 +20,8 @@ from scenes.render.memory import forecast, forecast_field, frame_bytes, parts_by
 from scenes.render.variants import choose
 from scenes.scene import Scene, World
 
-MIN_BUDGET_USE = 0.98
-"""Share of the budget that has to be used before the search ends."""
-
-MAX_PRUNES = 12
-"""Number of prunes after which the best detail so far is returned."""
+MIN_BUDGET_USE = 0.98  # share of the budget that has to be used before the search ends
+MAX_PRUNES = 12  # number of prunes after which the best detail so far is returned
 
 _MAX_FACTOR = 2.0**20
 """Largest factor, up or down, between the first detail and any other that is tried."""
@@ -38,15 +35,13 @@ class BudgetFit(NamedTuple):
     prunes: int
 
 
-def find_detail(
-    parts_at: Callable[[float], int], most: int, start: float, where: str = "budget"
-) -> BudgetFit:
+def find_detail(parts_at: Callable[[float], int], most: int, start: float) -> BudgetFit:
     """Find the detail τ [px] at which at most ``most`` parts are displayed, and nearly as many.
 
     At least MIN_BUDGET_USE of the budget is used. parts_at(τ) must not grow with τ; where it jumps
     past the budget, the side of the jump below the budget is returned; where even the finest detail
-    has fewer, the coarsest one that has as many. ``where`` is what errors call the budget. Raises
-    InputError where even the coarsest detail has too many.
+    has fewer, the coarsest one that has as many. Raises InputError where even the coarsest detail
+    has too many.
     """
     least, greatest = start / _MAX_FACTOR, start * _MAX_FACTOR
     low, high, detail = least, greatest, start
@@ -78,7 +73,7 @@ def find_detail(
             detail = low * (high / low) ** share
     if fit is None:
         rule = f"{parts:,} parts are displayed even at {detail:.6g} px"
-        raise InputError(where, most, rule, "allow more")
+        raise InputError("--max-parts", most, rule, "allow more")
     if parts_above is not None:
         return BudgetFit(fit.detail, fit.parts, prunes)
     # There are not as many parts: the coarsest detail, to a hundredth, that displays them all.
@@ -174,7 +169,7 @@ def within_budget(
             return need(frame, px)
 
         if number == 0 or at(detail) > most:  # it grows while a frame is over
-            detail = find_detail(at, most, detail, "--max-parts").detail
+            detail = find_detail(at, most, detail).detail
     finest = _finest_ground(scene, detail, frames)
     shown = max(need(frame, finest) for frame in frames)
     if shown < MIN_BUDGET_USE * most:

@@ -406,8 +406,7 @@ GUIDES = {
 }
 """What is known of a hit beside its colour, and in which channels; position for motion only."""
 
-ORDERS = 64
-"""Edges of a path through a medium, bounces and scatterings together."""
+ORDERS = 64  # edges of a path through a medium, bounces and scatterings together
 
 BLOCK_SIZE = 32
 """Fixed, because Mitsuba derives it from the thread count otherwise, and the noise from it."""

@@ -192,7 +192,6 @@ def check_versions(client: Any) -> None:
 _ONE_AT_A_TIME = threading.Lock()
 """Workers may have many threads: they are the renderer's, not for many frames."""
 
-
 Task = Callable[[Settings, int, str, int, int | None], dict[str, Any]]
 """What a worker runs, as frame_task."""
 

@@ -33,18 +33,13 @@ from lod.pruner import Cut
 from lod.shapes import Instanced, Sticks, Triangles, batches_of
 from scenes.frame.frame_input import DisplayedRepresentation, FrameInput
 
-Description = dict[str, Any]
-"""Nested dicts of numbers, text and arrays (see ``describe_frame``)."""
-
-MEDIUM = "medium"
-"""What the box of air is called, where the air is part of the scene."""
-
+Description = dict[str, Any]  # nested dicts of numbers, text and arrays (see ``describe_frame``)
+MEDIUM = "medium"  # what the box of air is called, where the air is part of the scene
 
 MOST_SEGMENTS = 2**23
 """Segments in one shape: the renderer hands back their numbers as float32, exact below 2**24."""
 
-ALIGNMENT = 64
-"""Bytes: a cache line, and the widest vector register."""
+ALIGNMENT = 64  # bytes: a cache line, and the widest vector register
 
 _SHORTEST = np.float32(1e-2)
 """A stick shorter than this share of its radius is drawn as long: the renderer drops points."""
@@ -226,14 +221,12 @@ def _lay(sticks, number, first_row, begin, laid, found):  # type: ignore[no-unty
     return place
 
 
-ASYMMETRY, ALBEDO = 0.71, 0.97
-"""Asymmetry and albedo of single scattering."""
+ASYMMETRY, ALBEDO = 0.71, 0.97  # asymmetry and albedo of single scattering
 
 HEIGHT_M, DEPTH_M = 10.0, 1.0
 """How far the box reaches above and below all that is displayed and the eye [m]."""
 
-_FAR = 4.0
-"""The box reaches this many visibilities, at least."""
+_FAR = 4.0  # the box reaches this many visibilities, at least
 
 
 def with_medium(description: Description, air: Air) -> Description:

@@ -32,9 +32,7 @@ from scenes.render.exr.header import (
     software,
 )
 from scenes.render.exr.layer_file import with_mattes, write_exr
-from scenes.render.exr.sequence import (
-    settings_hash,
-)
+from scenes.render.exr.sequence import settings_hash
 from scenes.render.memory import preflight
 from scenes.render.object_keys import identities_in
 from scenes.render.render import render_frame
@@ -148,11 +146,7 @@ class FrameSession:
         return {}
 
     def render(
-        self,
-        frame: int,
-        target: str | Path,
-        watch: Watch = ignore,
-        most_bytes: int | None = None,
+        self, frame: int, target: str | Path, watch: Watch = ignore, most_bytes: int | None = None
     ) -> Record:
         """Render a frame into ``target``, a file that does not exist yet.
 

@@ -138,8 +138,7 @@ def _radiance(emitter: Any, directions: np.ndarray, nm: float = 0.0) -> np.ndarr
     return np.array(rows)
 
 
-_SUN_APERTURE_DEG = 0.5358
-"""The full width of sunsky's sun."""
+_SUN_APERTURE_DEG = 0.5358  # the full width of sunsky's sun
 
 
 def sun_irradiance(light: Description) -> np.ndarray:
@@ -168,8 +167,7 @@ def sun(light: Description) -> Description:
 HORIZON_DEG = 0.5
 """Elevation of the airlight: the sky model darkens towards 0°, within its last half degree."""
 
-AZIMUTHS = 1440
-"""Rows of a table of airlight, evenly spaced clockwise from north."""
+AZIMUTHS = 1440  # rows of a table of airlight, evenly spaced clockwise from north
 
 
 def horizon(light: Description) -> np.ndarray:

@@ -271,20 +271,12 @@ def _ground_triangles(ground: Cut) -> float:
     return 2.0 * QUADS**2 * (3 * ground.displayed_parts + ground.displayed_objects)
 
 
-_BASE = 336e6
-
-_COPY = 20e3
-
+_BASE, _COPY = 336e6, 20e3
 _STICK, _STICK_IN_ONE, _TRIANGLE, _PIXEL = 277.0, 210.0, 204.0, 176.0
-
 _SAMPLE_JIT, _SAMPLE_SCALAR = 187.0, 355.0
-
 _BASE_SPECTRAL, _PIXEL_SPECTRAL, _SAMPLE_SPECTRAL = 232e6, 705.0, 440.0
-
 _MOVED_STICK, _DENOISED_PIXEL, _MATTED_PIXEL = 126.0, 500.0, 90.0
-
 _BASE_PRUNED = 380e6
-
 _PRUNED_PART, _OBJECT, _GROUND_TRIANGLE = 24.0, 150.0, 50.0
 
 
@@ -349,7 +341,9 @@ def check_memory(frame_input: FrameInput, most: int | None = None) -> None:
     limit, needed = memory_limit(most), predicted_bytes(frame_input)
     if limit.bytes is not None and needed > limit.bytes:
         counts = "{:,} sticks and {:,} triangles".format(*count_shapes(frame_input))
-        raise _refusal(limit, f"the picture, with {counts},", needed)
+        rule = f"the picture, with {counts}, needs about {size_text(needed)}"
+        cure = "ask for less detail, density or size, or --max-memory 0 to try it all the same"
+        raise InputError("--max-memory", limit.told, rule, cure)
 
 
 def predicted_bytes(frame_input: FrameInput) -> int:
@@ -368,9 +362,3 @@ def count_shapes(frame_input: FrameInput) -> tuple[int, int]:
     shapes = [shape for each in frame_input.displayed for shape in batches_of(each.shape)]
     sticks = sum(len(shape) for shape in shapes if isinstance(shape, Sticks))
     return sticks, sum(len(shape) for shape in shapes if isinstance(shape, Triangles))
-
-
-def _refusal(limit: MemoryLimit, what: str, needed: int, budget: str = "") -> InputError:
-    cure = f"ask for less detail{budget}, density or size, or --max-memory 0 to try it all the same"
-    rule = f"{what} needs about {size_text(needed)}"
-    return InputError("--max-memory", limit.told, rule, cure)

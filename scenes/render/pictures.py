@@ -38,9 +38,7 @@ KEY = 0.18
 
 _DARKEST = 1e-4
 
-
-_WHITE = 4.0
-"""Exposed light that ``reinhard`` makes white."""
+_WHITE = 4.0  # exposed light that ``reinhard`` makes white
 
 TONE_CURVES: dict[str, Callable[[np.ndarray], np.ndarray]] = {
     "filmic": lambda x: x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14),
@@ -50,7 +48,6 @@ TONE_CURVES: dict[str, Callable[[np.ndarray], np.ndarray]] = {
 """From exposed light to display light, on each channel, before it is cut off at 1: Narkowicz's fit
 to the ACES filmic curve ("ACES Filmic Tone Mapping Curve", 2015); Reinhard et al. 2002, equation 4;
 none."""
-
 
 VIEWS = ("colour", "level", "species")
 """The light of a frame, or the detail level of what is met, without or with its species."""
@@ -107,11 +104,8 @@ def auto_exposure(rgb: np.ndarray) -> float:
     return KEY / math.exp(float(np.log(lit).mean())) if len(lit) else 1.0
 
 
-LEVELS = 13
-"""Levels that have a colour of their own; finer ones have that of the last."""
-
-SKY = (214, 218, 222)
-"""Where nothing is met."""
+LEVELS = 13  # levels that have a colour of their own; finer ones have that of the last
+SKY = (214, 218, 222)  # where nothing is met
 
 _VIRIDIS = np.array(
     ((68, 1, 84), (59, 82, 139), (33, 145, 140), (94, 201, 98), (253, 231, 37)), np.float64
@@ -207,6 +201,7 @@ def _by_kind(
 
 
 _GAP = 6
+SHEET_WIDTH = 320  # of each frame of a contact sheet [px]
 
 
 def preview(path: str | Path, out_png: str | Path, look: PictureStyle = DEFAULT_STYLE) -> Path:
@@ -218,26 +213,22 @@ def preview(path: str | Path, out_png: str | Path, look: PictureStyle = DEFAULT_
 def write_contact_sheet(
     paths: Sequence[str | Path],
     out_png: str | Path,
-    columns: int | None = None,
-    width: int = 320,
     look: PictureStyle = DEFAULT_STYLE,
 ) -> Path:
-    """Write frames side by side, ``width`` pixels each; all are exposed for the first.
+    """Write frames side by side, SHEET_WIDTH pixels each; all are exposed for the first.
 
     The label of each is the frame's number as the file name has it, or the name.
     """
     if not paths:
         raise InputError("contact sheet", [], "at least one frame")
-    if width < 16:
-        raise InputError("contact sheet width", width, "at least 16 pixels a frame")
     tiles = []
     for picture in _pictures(paths, look):
-        height = max(1, round(width * picture.shape[0] / picture.shape[1]))
-        tile = Image.fromarray(picture).resize((width, height), Image.Resampling.LANCZOS)
+        height = max(1, round(SHEET_WIDTH * picture.shape[0] / picture.shape[1]))
+        tile = Image.fromarray(picture).resize((SHEET_WIDTH, height), Image.Resampling.LANCZOS)
         tiles.append(tile)
     stems = [Path(path).stem for path in paths]
     labels = [(re.findall(r"\d+", stem) or [stem])[-1] for stem in stems]
-    return save_sheet(tiles, labels, columns or default_columns(len(tiles)), out_png)
+    return save_sheet(tiles, labels, default_columns(len(tiles)), out_png)
 
 
 def default_columns(count: int) -> int:
@@ -275,7 +266,6 @@ def save_picture(picture: Image.Image, path: str | Path, optimize: bool = False)
 
 
 def _pictures(paths: Sequence[str | Path], look: PictureStyle) -> Iterator[np.ndarray]:
-    """8-bit sRGB pictures of frames, all exposed for the first."""
     from scenes.render.exr.layer_file import read_exr
 
     exposure = None

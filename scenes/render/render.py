@@ -57,9 +57,7 @@ class BuiltFrame:
 
 
 def build_frame(
-    frame_input: FrameInput,
-    description: Description | None = None,
-    most_bytes: int | None = None,
+    frame_input: FrameInput, description: Description | None = None, most_bytes: int | None = None
 ) -> BuiltFrame:
     """Describe and build a frame; it may be traced with other seeds and samples per pixel.
 
@@ -133,8 +131,7 @@ def _statistics(description: Description) -> dict[str, int]:
     }
 
 
-_ADDED = ("clamped", "replaced")
-"""Statistics of samples; the others are of a scene."""
+_ADDED = ("clamped", "replaced")  # statistics of samples; the others are of a scene
 
 
 def render_subframes(

@@ -176,11 +176,7 @@ def sensor(
     lens: Description = {"type": "perspective"}
     if opening := camera["lens"]:
         radius = opening.diameter_m / 2
-        lens = {
-            "type": "thinlens",
-            "aperture_radius": radius,
-            "focus_distance": opening.focus_m,
-        }
+        lens = {"type": "thinlens", "aperture_radius": radius, "focus_distance": opening.focus_m}
     return load_plugin(
         {
             **lens,
@@ -249,10 +245,13 @@ def square_sides(spp: int) -> tuple[int, ...]:
 def sample_rays(
     camera: Any, size: tuple[int, int], pixels: slice, quality: Quality
 ) -> tuple[Any, Any]:
-    """Make sampler and rays: ``quality.spp`` of each pixel of a run, numbered row by row."""
+    """Make sampler and rays: ``quality.spp`` of each pixel of a run, numbered row by row.
+
+    Of Mitsuba's samplers that were tried none has less noise for the time than multijitter.
+    """
     (width, height), spp = size, quality.spp
     count = (pixels.stop - pixels.start) * spp
-    sampler = load_plugin({"type": quality.sampler, "sample_count": spp})
+    sampler = load_plugin({"type": "multijitter", "sample_count": spp})
     sampler.set_samples_per_wavefront(spp)
     sampler.seed(quality.seed, count)
     index = dr.arange(mi.UInt32, count) // dr.opaque(mi.UInt32, spp)

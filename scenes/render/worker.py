@@ -32,19 +32,11 @@ from scenes.processes.streams import (
     own_stdout,
     signals_held,
 )
-from scenes.render.exr.header import (
-    Record,
-    Settings,
-)
-from scenes.render.exr.sequence import (
-    FrameFailed,
-    Job,
-    render_sequence,
-)
+from scenes.render.exr.header import Record, Settings
+from scenes.render.exr.sequence import FrameFailed, Job, render_sequence
 from scenes.render.variants import trusting
 
-MOST_TRIES = 3
-"""How often a frame may kill its worker."""
+MOST_TRIES = 3  # how often a frame may kill its worker
 
 MOST_ESTIMATED = 16
 """Frames of a sequence whose memory is estimated before the first of them is rendered."""
@@ -89,10 +81,7 @@ class Worker(contextlib.AbstractContextManager):
     """
 
     def __init__(
-        self,
-        threads: int = 0,
-        watch: ProcessWatch = ignore,
-        most_bytes: int | None = None,
+        self, threads: int = 0, watch: ProcessWatch = ignore, most_bytes: int | None = None
     ) -> None:
         self._threads, self._watch, self._most_bytes = threads, watch, most_bytes
         self._process: subprocess.Popen[bytes] | None = None
@@ -223,7 +212,6 @@ def render_left(job: Job, worker: Worker) -> Iterator[Record]:
 
 
 def _record(found: dict[str, Any]) -> Record:
-    """What the process answered, or the error that it met."""
     if "input" in found:
         where, arrived, rule, cure = found["input"]
         raise InputError(where, arrived, rule, cure)

@@ -33,11 +33,8 @@ STRIKE, DUTY, HOME_X, HOME_Y, STRIDE, REACH, STEEPEST, MAX_RISE, ACROSS = range(
 PRINT_X, PRINT_Y, PRINT_Z, AHEAD, SLOPE_X, SLOPE_Y = range(6)
 """Columns of ``Instances.foot_contacts``."""
 
-UPPER, LOWER, BEND, STICKS_OUT, FIXED_COS, FIXED_SIN = range(6)
-"""Columns of ``LegTables.bones``."""
-
-HIP_X, HIP_Y, HIP_Z, KNEE = range(4)
-"""Rows of a leg's arcs: the angles that stay within them."""
+UPPER, LOWER, BEND, STICKS_OUT, FIXED_COS, FIXED_SIN = range(6)  # columns of ``LegTables.bones``
+HIP_X, HIP_Y, HIP_Z, KNEE = range(4)  # rows of a leg's arcs: the angles that stay within them
 
 
 class LegTables(NamedTuple):

@@ -42,17 +42,13 @@ from scenes.rig.rig import (
 )
 from scenes.rig.rigged_prototype import RiggedPrototype
 
-_MIN_ANGLE = 1e-9
-"""Least angle between two keys: weights are the shares themselves there [rad]."""
+_MIN_ANGLE = 1e-9  # least angle between two keys: weights are the shares themselves there [rad]
 
 FIRST_JOINT, JOINTS, FIRST_KEY, KEYS, FIRST_SHIFT, FIRST_LEG, LEGS, FIRST_HIP = range(8)
 """Columns of ``PoseTables.prototypes``: first rows and numbers of a prototype's own rows."""
 
-PARENT, MOVES, KNEE_OF_HIP, ANKLE_OF_HIP, LEG_OF_HIP = range(5)
-"""Columns of ``PoseTables.joint``."""
-
-ANGLE, PER_SINE = 4, 5
-"""Columns of ``PoseTables.keys`` after the quaternion."""
+PARENT, MOVES, KNEE_OF_HIP, ANKLE_OF_HIP, LEG_OF_HIP = range(5)  # columns of ``PoseTables.joint``
+ANGLE, PER_SINE = 4, 5  # columns of ``PoseTables.keys`` after the quaternion
 
 AT_HIP_X, AT_HIP_Y, AT_HIP_Z, FROM_PRINT_X, FROM_PRINT_Y, FROM_PRINT_Z = range(6)
 """Columns of ``PoseTables.hip``."""
@@ -189,11 +185,9 @@ def _shared_keys(motions: list[Motion]) -> tuple[np.ndarray, np.ndarray]:
     return np.array(starts), np.concatenate(rows)
 
 
-_SHORTEST_RUN = 16384
-"""Points for which another thread is worth its start."""
+_SHORTEST_RUN = 16384  # points for which another thread is worth its start
 
-_UNKNOWN, _MARKED, POSED = 0, 1, 2
-"""How far the frame of a joint is."""
+_UNKNOWN, _MARKED, POSED = 0, 1, 2  # how far the frame of a joint is
 
 IDENTITY = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 """The rotation matrix that rotates nothing, row by row."""
@@ -228,8 +222,7 @@ class Pose(NamedTuple):
     sin: float
 
 
-NO_POSE = Pose(0, 0, 0, 0, 0, 0.0, 0.0, 0.0)
-"""A pose before any object is begun."""
+NO_POSE = Pose(0, 0, 0, 0, 0, 0.0, 0.0, 0.0)  # a pose before any object is begun
 
 
 def pose_points(

@@ -65,11 +65,7 @@ def rotate_vectors(q: Quaternions, v: Vectors) -> np.ndarray:
     a, b, c = np.moveaxis(v, -1, 0)
     d, e, f = 2.0 * (y * c - z * b), 2.0 * (z * a - x * c), 2.0 * (x * b - y * a)
     return np.stack(
-        (
-            a + w * d + (y * f - z * e),
-            b + w * e + (z * d - x * f),
-            c + w * f + (x * e - y * d),
-        ),
+        (a + w * d + (y * f - z * e), b + w * e + (z * d - x * f), c + w * f + (x * e - y * d)),
         axis=-1,
     )
 

@@ -214,11 +214,8 @@ def _largest_areas(rig: Rig, leaf: RiggedSticks) -> Reals:
     return areas
 
 
-CELLS = 24
-"""Cells along the edge of the cube."""
-
-STEP_DEG = 7.5
-"""Largest step between angles."""
+CELLS = 24  # cells along the edge of the cube
+STEP_DEG = 7.5  # largest step between angles
 
 
 def reach_bound(rig: Rig, joint: int, joints: Ints, points: Points, radii: Reals) -> float:

@@ -51,14 +51,10 @@ FINE, COARSE = 12.0, 5.0
 
 MOST_ROWS = 4096
 
-
 Directions = Float64[np.ndarray, "d 3"]
 
-DIRECTIONS = 64
-"""Directions over which composites are measured: about 10° apart from any other."""
-
-SEARCHED = 48
-"""Directions from the best of which the largest area is searched."""
+DIRECTIONS = 64  # directions over which composites are measured: about 10° apart from any other
+SEARCHED = 48  # directions from the best of which the largest area is searched
 
 
 @lru_cache(maxsize=16)
@@ -146,8 +142,7 @@ def _lengths(table: StickTable) -> Reals:
     return np.sqrt((axis * axis).sum(axis=1))
 
 
-MOST_TRIANGLES = 12
-"""Most triangles of one part; the work doubles with each."""
+MOST_TRIANGLES = 12  # most triangles of one part; the work doubles with each
 
 
 def largest_flat_areas(meshes: MeshTable) -> Reals:
@@ -409,8 +404,7 @@ def interpolate(row, index):  # type: ignore[no-untyped-def]
     return row[low] + (index - low) * (row[low + 1] - row[low])
 
 
-TONE_STEP = 0.95
-"""Ratio of the albedo of each tone of a colour to that of the next lighter one."""
+TONE_STEP = 0.95  # ratio of the albedo of each tone of a colour to that of the next lighter one
 
 _SHAPE = len(ELEVATIONS_DEG), len(AZIMUTHS_DEG) + 1
 

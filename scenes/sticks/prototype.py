@@ -66,8 +66,7 @@ GROUND = (0.08, 0.2)
 The colours are in scenes.ground.shading.
 """
 
-LUMINANCE = (0.2126, 0.7152, 0.0722)
-"""Weights of linear Rec.709 red, green and blue (ITU-R BT.709)."""
+LUMINANCE = (0.2126, 0.7152, 0.0722)  # weights of linear Rec.709 red, green and blue (ITU-R BT.709)
 
 
 def greatest_contrast(albedo: Reals) -> Reals:

@@ -188,8 +188,7 @@ def _arguments(words: Words) -> tuple[Any, ...]:
     return (given,) if words.action == "bend" else given
 
 
-_APART_M = 0.9
-"""Least distance between the members of a troupe at the beginning [m]."""
+_APART_M = 0.9  # least distance between the members of a troupe at the beginning [m]
 
 
 class Role(NamedTuple):

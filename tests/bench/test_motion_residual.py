@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from bench.experiments.popping import MOST_RATIO, WALK_WAYS
+from bench.experiments.popping import WALK_WAYS
 from bench.motion_residual import (
     SKY_SHARE,
     Frame,
@@ -133,7 +133,7 @@ def test_hands_of_people_swing_out_of_the_picture_in_the_wood():
     trees = ("broadleaf", "birch", "conifer", "dead_tree", "shrub", "sward")
     bare = [f"species.{name}.density=0" for name in trees]
     preset = load_preset("forest", (*words, *bare))
-    frames = [*frames_of((Scene(preset),), (11, 12))]
+    frames = [*frames_of(Scene(preset), (11, 12))]
     assert popped(*frames) == 0
 
 
@@ -145,12 +145,8 @@ def test_a_walk_in_the_wood_that_fades_is_as_an_unpruned_one_and_one_that_clips_
     walks = {}
     for way, settings in WALK_WAYS.items():
         scene = Scene(load_preset("forest", (*wood, *looks, *settings)))
-        walks[way] = measure_walk((scene,), (36, 37), choose("auto"))
-    worst, same = (
-        {way: np.quantile(getattr(found, what), 0.9999) for way, found in walks.items()}
-        for what in ("residual", "switched")
-    )
+        walks[way] = measure_walk(scene, (36, 37), choose("auto"))
+    same = {way: np.quantile(found.switched, 0.9999) for way, found in walks.items()}
     assert walks["unpruned"].popped.sum() == walks["fading"].popped.sum() == 0
     assert walks["clipped"].popped.sum() > 2
-    assert worst["fading"] <= MOST_RATIO * worst["unpruned"] < worst["clipped"]
     assert same["unpruned"] < 0.01 and same["fading"] < 0.5 * same["clipped"]

@@ -14,7 +14,6 @@ from bench import runs
 from bench.experiment import experiments
 from bench.frame_costs import own_kind
 from bench.images.fields import EVERYTHING, Field
-from bench.methods.environments import VIDEO
 from bench.plots import Plot
 from bench.records.records import Point, columns, merge_points, read_record
 from bench.runs import case_label
@@ -218,9 +217,8 @@ def test_a_preset_of_ones_own_is_judged_by_each(name, mine, tmp_path, capfd, mon
     tiny = {
         "images": {"fields": 2, "sweep_fields": 2, "size": "32x18", "sweep_size": "32x18"},
         "cost": {"worlds": {"crowd": [30.0]}, "size": "32x18", "frames": 2, "samples": [4, 16]},
-        "methods": {"walk": ["crowd", 30.0, "32x18", 2], "size": "32x18", "spp": 4, "pairs": 1},
+        "methods": {"worlds": [["crowd", 30.0, 2, []]], "size": "32x18", "spp": 4, "pairs": 1},
     }
-    monkeypatch.setattr(type(VIDEO), "python", lambda self: None)  # neither it nor Cycles
     every = EXPERIMENTS[name]
     (topic,) = every.accepting("preset", every.topics)
     asked = every.topics[topic]

@@ -36,7 +36,7 @@ def test_where_parts_come_all_at_once_the_near_side_of_the_step_is_taken(most, s
 
 
 def test_what_cannot_fit_is_refused():
-    with pytest.raises(InputError, match="budget: 6"):
+    with pytest.raises(InputError, match="--max-parts: 6"):
         find_detail(lambda tau: 7, 6, 1.0)
 
 

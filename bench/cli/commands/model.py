@@ -152,8 +152,7 @@ def _tell(out: Output, name: str, tree: "PartTree") -> None:
     out.say(f"{lead}, {bottom}\n{table(rows)}\n  sha256 {facts['sha256']}")
 
 
-SIDE = 240
-"""Pixels of each picture, to either side."""
+SIDE = 240  # pixels of each picture, to either side
 
 _FOV_DEG, _PITCH_DEG, _HEADING_DEG = 30.0, -12.0, 35.0
 

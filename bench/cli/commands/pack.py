@@ -23,13 +23,7 @@ def command() -> None:
 @click.option("--spp", type=click.IntRange(1, 2**16), default=512, show_default=True, metavar="N")
 @memory_flag
 def make_command(
-    name: str,
-    folder: str,
-    walk: bool,
-    size: str,
-    spp: int,
-    max_memory: int | None,
-    out: Output,
+    name: str, folder: str, walk: bool, size: str, spp: int, max_memory: int | None, out: Output
 ) -> None:
     """Make a pack: NAME is WORLD-SIZE, as crowd-small, meadow-medium, forest-large, mountain-small.
 

@@ -51,7 +51,6 @@ from scenes.render.pictures import PictureStyle
 @file_flags
 @click.option("--preview", is_flag=True, help="A PNG contact sheet; an mp4 where ffmpeg is there.")
 @picture_flags
-@click.option("--resume", is_flag=True, help="Keep frames done with these settings (the default).")
 @click.option("--overwrite", is_flag=True, help="Render again and replace what is there.")
 @click.option("--threads", type=click.IntRange(0, 1024), default=0, help="0 = one for each core.")
 @click.option(
@@ -68,7 +67,6 @@ def command(
     tone: str,
     view: str,
     exposure: float,
-    resume: bool,
     overwrite: bool,
     threads: int,
     max_memory: int | None,
@@ -77,7 +75,10 @@ def command(
     out: Output,
     **flags: Any,
 ) -> None:
-    """Prune, render and write frames: colour, depth, normals, albedo and ids."""
+    """Prune, render and write frames: colour, depth, normals, albedo and ids.
+
+    The same command again goes on where it ended: frames done with these settings are kept.
+    """
     check_pattern(pattern)
     numbers = frame_numbers(frames)
     look = PictureStyle(tone, exposure, view)

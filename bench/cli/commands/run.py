@@ -210,10 +210,6 @@ def _run_all(
         if number + 1 < len(left):
             expected += f"; {duration_text(pace * sum(expected_s[number:]))} for all that is left"
         out.note(f"lodbench: {each.name}, {len(done) + number + 1} of {len(asked)}: {expected}")
-        planned_topics = () if each.preset else each.topics
-        for topic in (experiments()[each.name].topics[name] for name in planned_topics):
-            for line in topic.plan(**topic.sizes("quick" if each.quick else "full")):
-                out.note(f"  {line}")
         start = time.perf_counter()
         try:
             with progress_bar("case") as progress:
@@ -230,8 +226,7 @@ def _run_all(
     return failed
 
 
-_MOST = 5
-"""Claims that a run prints; the report has all."""
+_MOST = 5  # claims that a run prints; the report has all
 
 
 def _tell(out: Output, name: str, path: Path, claims: tuple["Claim", ...], kept: bool) -> None:

@@ -15,13 +15,7 @@ from scenes.files import check_ours
 @picture_flags
 @click.option("--overwrite", is_flag=True, help="Replace a file that lodbench did not make.")
 def command(
-    frame: Path,
-    target: Path,
-    tone: str,
-    view: str,
-    exposure: float,
-    overwrite: bool,
-    out: Output,
+    frame: Path, target: Path, tone: str, view: str, exposure: float, overwrite: bool, out: Output
 ) -> None:
     """A frame as the picture that `render --preview` makes, and the factor on its light."""
     from scenes.render.exr.layer_file import read_exr

@@ -88,18 +88,14 @@ def _from_json(text: str) -> Any:
 
 PREFIX = "lod:"
 FRAME = f"{PREFIX}frame"
-VIEWS = ["left", "right"]
-"""The eyes of a pair; a plain reader sees the first."""
+VIEWS = ["left", "right"]  # the eyes of a pair; a plain reader sees the first
 
 _PRESET = f"{PREFIX}preset."
 """Before every key of a preset, which so shares no name with what the camera is in this frame."""
 
 
 def frame_header(
-    camera: Camera,
-    fps: float,
-    settings: Mapping[str, Any],
-    frame: int,
+    camera: Camera, fps: float, settings: Mapping[str, Any], frame: int
 ) -> dict[str, Any]:
     """Make the attributes for write_exr: only what determines the pixels, so that hashes repeat.
 
@@ -210,9 +206,7 @@ def software() -> str:
 Settings = Mapping[str, Any]
 """A preset as plain data, with the software that renders it (``frame_settings``)."""
 
-
-_BESIDE = ("software", "track")
-"""What settings hold beside a preset."""
+_BESIDE = ("software", "track")  # what settings hold beside a preset
 
 Record = dict[str, Any]
 """What is known of a rendered frame, as plain data (``FrameSession.render``)."""

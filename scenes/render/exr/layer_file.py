@@ -35,8 +35,7 @@ from scenes.frame.layers import Layers, Mattes, add_coverage
 from scenes.presets.schema import OutputPreset
 from scenes.processes.streams import stdout_to_stderr
 
-PIXELS_SHA256 = "lod:pixels_sha256"
-"""Where a header holds ``pixels_digest`` of the file's channels."""
+PIXELS_SHA256 = "lod:pixels_sha256"  # where a header holds ``pixels_digest`` of the file's channels
 
 FILE_SHA256 = "lod:file_sha256"
 """Where the first header holds the SHA-256 of the whole file, taken with zeros for its digits."""
@@ -91,10 +90,8 @@ def _own_digest(file: BinaryIO) -> tuple[int, str]:
 
 _TYPES = {"float16": "half", "float32": "float", "uint32": "uint"}
 
-
 TYPES = ("CryptoObject", "CryptoSpecies")
-RANKS = 6
-"""Ids in a pixel, those that cover most of it; the specification suggests six."""
+RANKS = 6  # ids in a pixel, those that cover most of it; the specification suggests six
 
 MATTE_CHANNELS = tuple(
     f"{name}{rank // 2:02d}.{'rgba'[2 * (rank % 2) + i]}"
@@ -146,13 +143,11 @@ def matte_id(name: str) -> int:
 
 
 REC709 = (0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290)
-DEFAULT_OUTPUT = OutputPreset()
-"""One part, ZIP, float."""
+DEFAULT_OUTPUT = OutputPreset()  # one part, ZIP, float
 
 _HALF_MAX = 65504.0
 UNREADABLE_CURE = "render it again, or give the path of another frame"
-_COLOUR = np.floating
-"""Half or float, as the preset's output table says."""
+_COLOUR = np.floating  # half or float, as the preset's output table says
 
 
 class _Channel(NamedTuple):

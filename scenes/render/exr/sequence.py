@@ -15,22 +15,10 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from lod.errors import InputError
-from scenes.files import (
-    DiskError,
-    frame_path,
-    give_name,
-    make_folder,
-    partial_path,
-    stray_partials,
-)
+from scenes.files import DiskError, frame_path, give_name, make_folder, partial_path, stray_partials
 from scenes.processes.memory_limit import peak_rss_bytes
 from scenes.processes.ownership import owned
-from scenes.render.exr.header import (
-    FRAME,
-    Record,
-    Settings,
-    settings_in,
-)
+from scenes.render.exr.header import FRAME, Record, Settings, settings_in
 
 Render = Callable[[Settings, int, Path], Record]
 """Renders a frame of these settings into a file. Here a Worker does, which passes the

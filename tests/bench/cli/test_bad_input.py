@@ -124,7 +124,6 @@ CASES: list[tuple[tuple[str, ...], tuple[str, ...]]] = [
     (("render", "meadow", "-o", "/proc/a.####.exr"), ("-o", "'/proc'", "written")),
     (("render", "meadow", "-o", "here/a.####.exr"), ("-o", "'here/a.0001.exr'", "--overwrite")),
     (("render", "meadow", "-o", "here/d.####.exr", "--overwrite"), ("'here/d.0001.exr'",)),
-    ((*RENDER, "--resume", "--overwrite"), ("--resume", "--overwrite")),
     # experiments and reports
     (("run", "scalling", "-o", "out"), ("EXPERIMENT", "'scalling'", "did you mean scaling?")),
     (("run", "scaling"), ("'-o'",)),

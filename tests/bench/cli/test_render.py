@@ -52,7 +52,7 @@ def test_frames_are_written_and_recorded(render: Render, tmp_path: Path) -> None
 
 def test_the_same_command_again_keeps_what_is_done(render: Render) -> None:
     _, (first, _), _ = render()
-    _, (again, _), _ = render("--resume")
+    _, (again, _), _ = render()
     assert again["kept"] is True
     assert again["sha256"] == first["sha256"]
     _, (anew, _), _ = render("--overwrite")

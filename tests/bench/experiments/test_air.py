@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from bench.experiments.air import EXPERIMENT, SKY, delta_e
-from bench.haze_targets import order
+from bench.experiments.air import EXPERIMENT, SKY, delta_e, order
 from bench.records.records import Column, Point, columns
 from lod.air import Air, rgb_extinction
 

@@ -9,24 +9,19 @@ import numpy as np
 import pytest
 
 from bench.experiments.popping import (
-    CLIP_WAYS,
     CLIPPED,
-    CLIPS,
     EXPERIMENT,
     QUANTILE,
     SHIPPED,
     SHIPPED_WAYS,
     WALK_WAYS,
-    clip_scenes,
     in_one_only,
-    measure_clip,
     measure_steps,
-    pixels_seen_before,
 )
 from bench.motion_residual import frames_of, popped
 from bench.records.provenance import provenance
 from bench.records.records import Column, Point, Record, columns, merge_points, predictions
-from lod.camera import Corner, camera_from_heading
+from scenes.presets.load import load_preset
 from scenes.render.variants import choose
 from scenes.scene import Scene
 from tests.bench.edited import svg_of
@@ -63,7 +58,7 @@ def moving(topic, way, change, popped=0, first=2, **of):
     """Eight pairs of frames that change by about a share of white."""
     around = np.rint(1e6 * change * (1 + 0.05 * np.array([-1, 1] * 4))).astype(int).tolist()
     samples = {"frame": [*range(first, first + 8)], "popped": [popped] * 8}
-    samples |= {"changed_ppm": around, "residual_ppm": around}
+    samples["changed_ppm"] = around
     return Point({"topic": topic, **of, "way": way}, samples=columns(samples))
 
 
@@ -73,11 +68,6 @@ def shipped(change, popped=0, first=2):
 
 def clipped(first=2):
     return moving("popping_shipped", CLIPPED, 0.2, 9, first, preset="forest")
-
-
-def film(pruned, planted=0.3):
-    shares = dict(zip(CLIP_WAYS, (pruned, 0.1, planted), strict=True))
-    return tuple(moving("films", way, share, clip="pan") for way, share in shares.items())
 
 
 def verdicts(*points):
@@ -95,37 +85,39 @@ def test_verdicts_follow_from_counts():
     assert verdicts(shipped(0.03, popped=1), clipped()) == ["refuted", "holds", "holds"]
     assert verdicts(shipped(0.12), clipped()) == ["holds", "refuted", "refuted"]
     assert verdicts(shipped(0.05), clipped())[1] == "inconclusive"
-    assert verdicts(*film(0.05)) == ["holds"] * 3
-    assert verdicts(*film(0.12)) == ["holds", "refuted", "holds"]
-    assert verdicts(*film(0.05, 0.105)) == ["holds", "holds", "refuted"]
 
 
 def test_every_topic_is_plotted():
     halves = [each for first in (2, 10) for each in (shipped(0.03, 1, first), clipped(first))]
-    points = merge_points([*switches_and_walks(), *halves, *film(0.05)])
+    points = merge_points([*switches_and_walks(), *halves])
     made = Record("popping", 1, True, "", provenance("", 0), points, EXPERIMENT.judged(points), {})
     plots = EXPERIMENT.plots(made)
-    assert [each.name for each in plots] == [
-        "popping",
-        "popping-shipped-forest",
-        "popping-film-pan",
-    ]
+    assert [each.name for each in plots] == ["popping", "popping-shipped-forest"]
     assert not any(re.search(r"\bnan\b", svg_of(plot)) for plot in plots)
     (shown,) = plots[1].drawings
     assert list(shown.panel.drawn[0].x) == list(range(2, 18)) and len(shown.panel.drawn) == 3
 
 
-@pytest.mark.parametrize("name", list(CLIPS))
-@pytest.mark.parametrize("way", list(CLIP_WAYS))
-def test_every_clip_is_a_preset(name, way):
-    for scene in clip_scenes(name, way):
-        assert (scene.preset.view.metric == "full") == (way == "unpruned")
+STOP = (
+    "view.shutter=180",
+    "camera.keys=[{frame=1, position=[0, -30], height=1.7, target=[-32, -10, 1.7]},"
+    "{frame=15, position=[0, -30], height=1.7, target=[3.5, -0.7, 1.7]},"
+    "{frame=16, position=[0, -30], height=1.7, target=[6, 0, 1.7]},"
+    "{frame=99, position=[0, -30], height=1.7, target=[6, 0, 1.7]}]",
+)
 
 
 def stopping():
-    """The clip, of people alone on bare ground."""
+    """A turn of the camera that stops, among people alone on bare ground."""
     people = "species.tree.density=0", "species.figure.prototypes=1", "species.figure.density=0.02"
-    (scene,) = clip_scenes("stop", "pruned", *people)
+    field = "world.extent=120.0", "species.sward.density=0", "terrain.reach=300.0"
+    looks = (
+        "render.size=160x90",
+        "render.spp=36",
+        "terrain.amplitude=1.0",
+        "terrain.wavelength=256.0",
+    )
+    scene = Scene(load_preset("meadow", (*field, *looks, *people, *STOP)))
     bare = replace(scene.world.terrain, aggregate_cover=None)
     return scene.with_world(replace(scene.world, terrain=bare))
 
@@ -134,7 +126,7 @@ def test_nothing_comes_at_full_size_when_the_camera_stops(monkeypatch):
     """Where nothing eases what the turn hides, hundreds of parts come in the frame of the stop."""
 
     def pops():
-        return [popped(*both) for both in pairwise(frames_of((stopping(),), range(15, 18)))]
+        return [popped(*both) for both in pairwise(frames_of(stopping(), range(15, 18)))]
 
     assert pops() == [0, 0]
     eased = Scene.view
@@ -158,23 +150,9 @@ def test_a_frame_of_a_stop_alone_is_that_of_the_sequence():
         assert len(a) and a.tobytes() == b.tobytes()
 
 
-def test_what_a_turn_brings_into_view_is_told_from_what_was_seen():
-    """30° to the right of 60°: what was right of the middle is now left of it."""
-
-    def camera(heading):
-        return camera_from_heading(Corner(0, 0), np.zeros(3), heading, 0.0, 60.0, (64, 36))
-
-    known = pixels_seen_before(camera(0.0), camera(30.0))
-    assert known[18, :31].all() and not known[18, 33:].any()
-    assert pixels_seen_before(camera(0.0), camera(0.0)).all()
-    assert not pixels_seen_before(camera(0.0), camera(180.0)).any()
-
-
 @pytest.mark.slow
-def test_clips_and_clipped_walks_are_measured():
+def test_clipped_walks_are_measured():
     """Of a wood without grass in which large branches come and go, with pixels as large as they."""
-    film = measure_clip("stop", "planted faults", (15, 17), choose(), 0)
-    assert film.column("frame") == [16, 17] and min(film.column("residual_ppm")) > 0
     wood = "world.extent=60.0", "terrain.reach=300.0", "view.haze_aware=false"
     wood = *wood, "species.sward.density=0"
     looks = *wood, "render.size=64x36", "render.spp=4", "view.detail=2.4"

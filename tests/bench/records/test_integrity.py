@@ -12,8 +12,7 @@ import pytest
 
 from bench.experiment import experiments
 from bench.images import fields
-from bench.records.compare_runs import compare
-from bench.records.integrity import drifts, problems
+from bench.records.compare_runs import compare, drifts, problems
 from bench.records.records import Column, Point, read_record, where
 from bench.runs import RunRequest, run_experiment
 from tests.bench.edited import edited, record_of, with_cases

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bench.haze_targets import (
+from bench.experiments.air import (
     DISTANCES,
     extinction_seen,
     look_at,
