@@ -42,7 +42,7 @@ from scenes.field.cells import PoissonCells, SquareCells
 from scenes.field.patterns import MappedCells, MaternCells, ThomasCells, read_stems
 from scenes.field.species_field import Species, SpeciesField
 
-DENSITY = 3.6e-3  # k of every pattern but that of a map [1/m²]
+DENSITY = 3.6e-3  # K of every pattern but that of a map [1/m²]
 
 TIGHT, WIDE = (10.0, 8.0), (40.0, 25.0)  # members of a cluster, and its deviation [m]
 

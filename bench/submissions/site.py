@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from bench.statistics.steps import find_step
 from bench.submissions.entry import SUBMISSIONS, read_submission
 from bench.templates import filled
 from scenes.files import make_folder, write_text
@@ -22,14 +23,16 @@ Row = dict[str, Any]
 
 HEADS = (
     *("pack", "program", "who", "score", "note", "valid", "flip", "land", "coverage"),
-    *("seconds", "cpu seconds", "MB", "timing", "machine", "cores", "load", "date"),
+    *("seconds", "cpu seconds", "MB", "timing", "machine", "cores", "load", "date", "history"),
 )
 
 
 def table_rows(records: Sequence[Row]) -> list[tuple[str, ...]]:
-    """Return the cells of every submission, by pack and score."""
+    """Return the cells of every submission, the newest of a series first, with its history."""
     found = []
     for record in records:
+        series = [r for r in records if _series(r) == _series(record)]
+        series.sort(key=lambda each: str(each["date"]))
         pictures = [p for row in record["settings"] for p in row["pictures"].values()]
         voids = [p["void"] for p in pictures if p["void"]]
         best = _best(record)
@@ -44,10 +47,16 @@ def table_rows(records: Sequence[Row]) -> list[tuple[str, ...]]:
                 *(_cell(_median(r.get(name) for r in runs)) for name in ("seconds", "cpu_seconds")),
                 _cell((_median(r.get("peak_bytes") for r in runs) or math.nan) / 1e6),
                 *(record["timing"], machine["cpu"], str(machine["cores"])),
-                *(_cell(machine.get("load")), record["date"]),
+                *(_cell(machine.get("load")), record["date"], _history(series)),
             )
         )
     return sorted(found, key=lambda row: (row[0], float(row[3]) if row[3] else math.inf))
+
+
+def _series(record: Row) -> tuple[Any, ...]:
+    machine = record["machine"]
+    names = record["pack_sha256"], record["program"].split()[0], record["who"]
+    return (*names, machine["cpu"], machine["cores"], record["timing"])
 
 
 def _best(record: Row) -> Row:
@@ -57,6 +66,16 @@ def _best(record: Row) -> Row:
     return min(
         able, key=lambda r: _mean(p["flip"] for p in r["pictures"].values()), default=rows[0]
     )
+
+
+def _history(series: Sequence[Row]) -> str:
+    scores = [r["score"] for r in series if r["score"]]
+    step = find_step(np.log(np.array(scores, np.float64)))
+    told = f"{len(series)} record{'s' * (len(series) > 1)}"
+    if step is None:
+        return told
+    date = [r["date"] for r in series if r["score"]][step.row]
+    return f"{told}; times {math.exp(step.height):.3f} from {date} on"
 
 
 def _mean(values: Any) -> float:

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from bench.statistics.steps import LEAST_BESIDE, find_step
 from bench.submissions.diagnosis import best_cause, enlarged, halved, moved, registration
 from bench.submissions.entry import check_again, scored, views_of
 from bench.submissions.executable import NAMES, execute, without_references, words_of
@@ -244,14 +245,30 @@ def test_a_spreadsheet_calculates_nothing_of_a_record():
     assert ",'=1+1," in text and ",'-2 @x," in text
 
 
-def test_every_record_is_a_row_and_a_broken_one_is_named(tmp_path):
-    for k, each in enumerate((1.0, 1.3)):
-        (tmp_path / f"{k}.json").write_text(json.dumps(record(each, f"2026-01-{k + 1:02d}")))
-    _, table = write_site(tmp_path, tmp_path / "site")
-    assert table.read_text().count("\n") == 3
+def test_a_step_in_the_history_is_told_with_its_date(tmp_path):
+    scores = [1.0, 1.01, 0.99, 1.0, 1.02, 1.3, 1.31, 1.29, 1.32, 1.3]
+    for k, each in enumerate(scores):
+        made = record(each, f"2026-01-{k + 1:02d}")
+        (tmp_path / f"{k}.json").write_text(json.dumps(made))
+    page, table = write_site(tmp_path, tmp_path / "site")
+    assert "times 1.299 from 2026-01-06 on" in page.read_text()
+    assert table.read_text().count("\n") == 11
     (tmp_path / "bad.json").write_text("{}")
     with pytest.raises(InputError, match=r"bad\.json"):
         write_site(tmp_path, tmp_path / "site")
+
+
+@given(st.lists(st.floats(-1, 1), max_size=2 * LEAST_BESIDE - 1))
+def test_few_values_have_no_step(values):
+    assert find_step(np.array(values, float)) is None
+
+
+def test_steps_of_chance_are_as_rare_as_the_level_says():
+    rng = np.random.default_rng(3)
+    found = [find_step(rng.standard_normal(12)) for _ in range(300)]
+    assert sum(each is not None for each in found) <= 10  # 3 are expected
+    stepped = [find_step(rng.standard_normal(20) + 3 * (np.arange(20) >= 8)) for _ in range(20)]
+    assert sum(each is not None and abs(each.row - 8) <= 1 for each in stepped) >= 18
 
 
 def test_a_record_of_another_pack_is_refused(tmp_path):
