@@ -1,7 +1,6 @@
 """What switches is what plane geometry says, and verdicts follow from counts."""
 
 import math
-import re
 from dataclasses import replace
 from itertools import pairwise
 
@@ -11,7 +10,6 @@ import pytest
 from bench.experiments.popping import (
     CLIP_WAYS,
     CLIPPED,
-    CLIPS,
     EXPERIMENT,
     QUANTILE,
     SHIPPED,
@@ -24,12 +22,10 @@ from bench.experiments.popping import (
     pixels_seen_before,
 )
 from bench.motion_residual import frames_of, popped
-from bench.records.provenance import provenance
-from bench.records.records import Column, Point, Record, columns, merge_points, predictions
+from bench.records.records import Column, Point, columns, predictions
 from lod.camera import Corner, camera_from_heading
 from scenes.render.variants import choose
 from scenes.scene import Scene
-from tests.bench.edited import svg_of
 
 
 def test_area_in_one_disc_only():
@@ -98,28 +94,6 @@ def test_verdicts_follow_from_counts():
     assert verdicts(*film(0.05)) == ["holds"] * 3
     assert verdicts(*film(0.12)) == ["holds", "refuted", "holds"]
     assert verdicts(*film(0.05, 0.105)) == ["holds", "holds", "refuted"]
-
-
-def test_every_topic_is_plotted():
-    halves = [each for first in (2, 10) for each in (shipped(0.03, 1, first), clipped(first))]
-    points = merge_points([*switches_and_walks(), *halves, *film(0.05)])
-    made = Record("popping", 1, True, "", provenance("", 0), points, EXPERIMENT.judged(points), {})
-    plots = EXPERIMENT.plots(made)
-    assert [each.name for each in plots] == [
-        "popping",
-        "popping-shipped-forest",
-        "popping-film-pan",
-    ]
-    assert not any(re.search(r"\bnan\b", svg_of(plot)) for plot in plots)
-    (shown,) = plots[1].drawings
-    assert list(shown.panel.drawn[0].x) == list(range(2, 18)) and len(shown.panel.drawn) == 3
-
-
-@pytest.mark.parametrize("name", list(CLIPS))
-@pytest.mark.parametrize("way", list(CLIP_WAYS))
-def test_every_clip_is_a_preset(name, way):
-    for scene in clip_scenes(name, way):
-        assert (scene.preset.view.metric == "full") == (way == "unpruned")
 
 
 def stopping():

@@ -11,7 +11,6 @@ from bench.experiments.spread import (
     BUDGET,
     EXPERIMENT,
     detail_within,
-    measure_budget,
     measure_spread,
     pattern_of,
 )
@@ -69,10 +68,3 @@ def test_the_pruner_keeps_the_prediction_and_a_planted_fault_is_named(monkeypatc
     after = {c.name: c.verdict for c in EXPERIMENT.judged([case(0)])}
     assert before[f"{name}/{where}"] != "refuted"
     assert after[f"{name}/{where}"] == "refuted"
-
-
-def test_walks_are_columns_and_plots_are_drawn():
-    point = measure_budget(TIGHT, 3, 4, 0)
-    assert [len(each.values) for each in point.samples] == [4] * 3
-    found = EXPERIMENT.judged([point])
-    assert [each.unit for each in found] == ["walk"]

@@ -13,13 +13,11 @@ import pytest
 
 from bench.experiments.methods import (
     EXPERIMENT,
-    MOST_BYTES,
     changes,
     estimated_bytes,
     measure_window,
     noise,
     peak_bytes,
-    plan,
     tables,
 )
 from bench.frame_costs import Picture
@@ -135,14 +133,6 @@ def test_fields_pass_together():
     assert not at_equal_error(both[:1])["blake"][0].reached
 
 
-def test_a_plan_says_where_an_hour_tells_most():
-    """By hand: 4.5 % between 6 fields are ± 4.7 %; the plan begins with the most for an hour."""
-    lines = plan(**EXPERIMENT.topics["rivals"].full)
-    assert len(lines) == 6 and any("crowd" in each and "± 5 %" in each for each in lines)
-    worth = [float(each.split(", ")[-1].split()[0]) for each in lines]
-    assert worth == sorted(worth, reverse=True) and plan(worlds=[["zoo", 10.0, 2, []]]) == []
-
-
 def test_a_slower_metric_is_refuted():
     both = [
         each
@@ -183,17 +173,6 @@ def test_culling_is_estimated_to_need_no_more_than_everything():
         for name, setting in (("full", 0.0), ("distance", 800.0), ("distance", 50.0))
     )
     assert full == far > near > 0.3 * full
-
-
-@pytest.mark.slow
-def test_a_meadow_that_took_all_the_memory_fits_as_copies_and_not_one_by_one():
-    """Scalar variants draw no copies; flat, the system killed the process, which held 24 GB."""
-    window = Window("meadow", 1e5, 0, Picture("320x180", 16), 1, 1, "llvm_ad_rgb")
-    copies, flat = (
-        estimated_bytes(methods()["full"], 0.0, window.scene(0), variant)
-        for variant in ("llvm_ad_rgb", "scalar_rgb")
-    )
-    assert copies < MOST_BYTES < flat
 
 
 CHEAT = Method(
@@ -257,19 +236,6 @@ def test_a_planted_copy_ties(planted):
 
 def _drawn(each):
     return tuple(each.values(name)[0] for name in ("shapes", "sticks", "triangles"))
-
-
-@pytest.mark.slow
-def test_every_method_stands_in_the_report(planted):
-    """That of another package does, too; the reference has no error beside its own noise."""
-    unpruned = where(planted, arm="full")
-    assert all((p.values("flip") == p.values("flip_floor")).all() for p in unpruned)
-    made = record_of(EXPERIMENT, planted)
-    for heads, rows in (table for _, table in tables(made)):
-        assert {len(row) for row in rows} <= {len(heads)}
-    _, (_, (_, rows)), *_ = tables(made)
-    assert {row[1] for row in rows} == {"blake", "full", "nearest", "copy", "cheat"}
-    assert len(EXPERIMENT.plots(made)) == 1
 
 
 @pytest.fixture

@@ -60,12 +60,6 @@ def test_six_observers_see_every_condition_once_in_balanced_blocks(first):
         assert max(Counter(c.subject for c in block).values()) <= 2
 
 
-def test_observers_of_another_six_see_other_blocks():
-    assert {block_of(n, CONDITIONS) for n in range(1, 7)} != {
-        block_of(n, CONDITIONS) for n in range(7, 13)
-    }
-
-
 def test_at_tau75_who_has_no_lapses_is_right_three_times_in_four():
     slope = np.array([1.0, 2.5, 6.0])
     found = chance_correct(np.array([0.3]), 0.3 - AT_75 / slope, slope, np.zeros(1))
@@ -138,12 +132,6 @@ def test_the_mixed_model_finds_means_and_variances():
     assert [e.value for e in found] == pytest.approx(mean, abs=0.03)
     assert deviations == pytest.approx((0.2, 0.1), abs=0.03)
     assert all(e.low < m < e.high for e, m in zip(found, mean, strict=True))
-
-
-def test_a_condition_of_one_observer_is_refused():
-    one = exact_fits(np.zeros(1), np.full(1, 0.1))
-    with pytest.raises(InputError, match="at least 2"):
-        join(one, np.zeros(1, int), np.zeros(1, int))
 
 
 def test_more_trials_need_fewer_observers():
@@ -249,13 +237,6 @@ def test_models_predict_where_their_values_cross():
     assert thresholds({"flip": [0.02] * len(LEVELS_PX)}) == {}
 
 
-def test_grain_is_taken_away():
-    grain = {"flip": [0.02], "barten": [3.0] * 11}
-    level = {"flip": [0.05], "barten": [5.0] * 11}
-    found = make.without_grain([level] * 12, grain)
-    assert found == {"flip": pytest.approx([0.03] * 11), "barten": pytest.approx([4.0] * 11)}
-
-
 def test_barten_sees_a_grating_at_the_contrast_of_its_sensitivity():
     """A grating whose half-period is 4 px, at its threshold modulation, has the value 1."""
     from lod.eye import SQUARE_WAVE_GAIN, Display, Eye, sensitivity
@@ -323,13 +304,6 @@ def test_models_see_more_in_a_coarser_preset():
         point = measure_predicted(place, "still", 16, 1, choose(), 0)
         seen.append(point.column("jod", ppd=60)[0])
     assert seen[1] < seen[0]
-
-
-def test_the_small_set_takes_two_hours_of_two_cores_at_most():
-    small = make.Pictures("320x180")
-    assert small.estimated_seconds(SMALL_SET) <= 2 * 7200
-    assert small.estimated_seconds(CONDITIONS) > 5 * small.estimated_seconds(SMALL_SET)
-    assert make.Pictures("320x180", 512).estimated_seconds(SMALL_SET) > 2 * 7200
 
 
 def claims_of(groups, count):

@@ -206,8 +206,6 @@ def test_a_renamed_record_is_refused(tmp_path):
     "text, rule",
     [
         ("{", "readable JSON"),
-        ("[]", "format"),
-        ('{"format": "other"}', "format"),
         ('{"format": "lodbench-record", "format_version": 99}', "version"),
     ],
 )
@@ -250,9 +248,3 @@ def test_provenance_names_the_machine_and_the_packages():
     assert here.cpu and here.platform and here.cores >= 1 and here.threads == 1
     assert {"numpy", "scipy", "statsmodels", "numba"} <= set(here.packages)
     assert here.commit is None or len(here.commit.removesuffix("+changes")) == 40
-
-
-def test_readable_text(tmp_path):
-    lines = write_record(a_record(), tmp_path).read_text().splitlines()
-    assert sum('"values": [3,4,' in line for line in lines) == 1
-    assert json.loads("\n".join(lines))["format"] == "lodbench-record"

@@ -65,12 +65,6 @@ def test_abstract_classes_have_no_instances(abstract):
         abstract()
 
 
-def test_a_whole_learns_its_part_types_when_it_is_made():
-    joe = Person()
-    assert joe.part_names() == ("left leg", "right leg")
-    assert ("right leg", "foot") in joe.routes()
-
-
 def test_the_types_of_the_parts_are_kept_to():
     class Table(Actor):
         part_types: ClassVar = {"leg": Leg}
@@ -267,10 +261,3 @@ def test_the_person_turns_with_all_its_parts():
     joe.receive(change("left leg", "bend", (0, 90, 0))).value  # noqa: B018
     # The shin, down at rest, now points backwards: −x of the person, south in the world.
     assert np.allclose(dict(joe.frames())[("left leg", "foot")].position, (9.9, -0.4, 0.5))
-
-
-def test_the_appearance_slot():
-    foot = Foot()
-    assert foot.appearance() == FOOT
-    foot.set_appearance(SHIN)
-    assert foot.appearance() == SHIN

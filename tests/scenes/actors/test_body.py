@@ -210,13 +210,6 @@ def test_a_limb_that_is_asked_alone_is_where_all_limbs_say_it_is(first):
         assert sorted(turn for _, turn in posed[0]) == sorted(turn for _, turn in below)
 
 
-def test_who_has_left_answers_nothing_of_its_limbs():
-    joe = Body("joe", someone("person"))
-    joe.receive(change("", "leave")).value  # noqa: B018
-    assert joe.receive(ask("", "posture")).value is None
-    assert joe.receive(ask("head", "position")) == Refusal("joe", "has left")
-
-
 @pytest.mark.parametrize("module", ["actors.acting", "world.cast"])
 def test_the_examples_in_the_docstrings_run(module):
     outcome = doctest.testmod(importlib.import_module(f"scenes.{module}"))

@@ -193,17 +193,6 @@ def test_the_profile_of_what_moves_has_the_variance_of_the_quadrature_sum(make, 
         assert profile_variance(make, variant, length) == pytest.approx(expected, rel=0.03)
 
 
-def test_two_sub_frames_are_the_mean_of_two_frames_and_the_ids_those_of_the_second(make, variant):
-    quality = make.quality(variant, 8)
-    moments = [(camera(), (bar_at(make, x),)) for x in (-1.0, 1.0)]
-    both = blurred(make, moments, quality)
-    alone = [blurred(make, [each], quality) for each in moments]
-    mean = (alone[0].albedo + alone[1].albedo) / 2
-    assert np.allclose(both.albedo.sum(), mean.sum(), rtol=0.06)
-    assert (both.object == alone[1].object).mean() > 0.98
-    assert both.statistics["subframes"] == 2
-
-
 def test_a_moving_camera_builds_its_scene_once_and_gives_the_same_as_building_it_again(
     make, variant
 ):
@@ -307,13 +296,6 @@ def test_each_eye_of_a_pair_is_the_picture_of_that_eye_alone(make, variant):
         alone = render_frame(FrameInput(camera, scene, make.clear, make.light, quality, camera))
         np.testing.assert_array_equal(eye.Z, alone.Z)
         np.testing.assert_array_equal(eye.rgb, alone.rgb)
-
-
-def test_both_eyes_of_sub_frames(make):
-    """A pair under an open shutter whose sub-frames are all alike shows what it shows at rest."""
-    blurred, still = (pair_of(make, "scalar_rgb", sub=sub) for sub in (True, False))
-    for eye, other in ((blurred, still), (blurred.right, still.right)):
-        assert (eye.object == other.object).mean() > 0.97
 
 
 def test_a_pair_is_one_file_whose_plain_reader_sees_the_left_eye(tmp_path, make):

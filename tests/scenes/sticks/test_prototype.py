@@ -160,13 +160,6 @@ def _farthest(table, row, origin):
     return float(max(start.max(), end.max()))
 
 
-class TestScaled:
-    @pytest.mark.parametrize("factor", [0.0, -1.0, np.nan, np.inf])
-    def test_bad_factor(self, factor):
-        with pytest.raises(InputError, match="scale"):
-            pole().scaled(factor)
-
-
 class TestRefused:
     def test_empty_leaf_appearance(self):
         leaf = sticks(3, [(0, (0, 0, 0), (0, 0, 4), 0.5), (2, (2, 0, 3), (2, 0, 4), 0.05)])
@@ -183,22 +176,6 @@ class TestRefused:
     def test_albedo_outside_0_to_1(self, albedo):
         with pytest.raises(InputError, match="tints"):
             pole(tints=np.array([(0.5, albedo, 0.5)]))
-
-    @pytest.mark.parametrize("column", range(4))
-    def test_length_that_is_not_finite(self, column):
-        columns = [c.copy() for c in _columns(pole().leaf)]
-        columns[column][1] = np.nan
-        with pytest.raises(InputError, match="finite"):
-            StickTable.of(3, np.array([0, 1, 2]), *columns)
-
-    @pytest.mark.parametrize("radius", [0.0, -0.1])
-    def test_radius_of_nothing(self, radius):
-        with pytest.raises(InputError, match="above 0"):
-            sticks(1, [(0, (0, 0, 0), (0, 0, 1), radius)])
-
-    def test_owner_that_is_no_part(self):
-        with pytest.raises(InputError, match="owner"):
-            sticks(1, [(1, (0, 0, 0), (0, 0, 1), 0.1)])
 
     def test_sticks_beyond_the_range(self):
         p, longer = pole(), pole().leaf.scaled(2.0)
