@@ -13,7 +13,6 @@ import lod.view
 from bench.counting import (
     COLUMNS,
     EYE_HEIGHT_M,
-    SWEEPS,
     Case,
     cleared,
     count_field,
@@ -22,7 +21,6 @@ from bench.counting import (
     pierced,
     predict,
     prototypes_of,
-    scaling_grid,
     shown_areas,
 )
 from lod.law import chained_limits
@@ -30,13 +28,6 @@ from lod.metric import METRICS
 from lod.shapes import Sticks
 
 SMALL = Case("density", "figure", "blake", density=0.01, detail=20.0)
-FIGURES = [case for case in scaling_grid() if case.species == "figure" and case.sweep in SWEEPS]
-
-
-def of(sweep, metric="blake"):
-    return [case for case in FIGURES if (case.sweep, case.metric) == (sweep, metric)]
-
-
 # The predictions
 
 

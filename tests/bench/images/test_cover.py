@@ -22,7 +22,7 @@ from bench.images.cover import (
     window_view,
     world_seed,
 )
-from bench.records.records import Column, Point
+from bench.records.records import Point
 from bench.seeds import BUILDING_SEEDS
 from lod.air import rgb_extinction
 from lod.metric import METRICS
@@ -99,41 +99,6 @@ def test_coordinates_are_about_the_window_where_leaves_shade_one_another():
 
 def of(look):
     return Scene(preset_of(look, "clear", 1))
-
-
-def planted(shift=0.0, quantity="light"):
-    """Every band as it was, but the fourth of pictures with cover by so much in one quantity."""
-    points = []
-    for case in pictures():
-        samples = []
-        for k in range(len(LOOKS[case.look].edges_m) - 1):
-            for which in ("pruned", "whole"):
-                for name in ("light", "land", "rays"):
-                    share = 1.0
-                    if which == "pruned" and not case.cover and name != "rays":
-                        share = 1.5
-                    elif which == "pruned" and k == 3 and name == quantity:
-                        share = 1.0 + shift
-                    values = [round(share * (1_000_000 + 1000 * n)) for n in range(4)]
-                    samples.append(Column(name, values, {"picture": which, "band": k}))
-        points.append(Point({"topic": "cover", **vars(case)}, samples=tuple(samples)))
-    return tuple(points)
-
-
-def test_verdicts_follow_from_the_light_the_land_and_the_rays_of_each_band():
-    """Of 2 looks with 8 bands at two details and 3 with 2 at one: three claims in own air, else
-    two."""
-    found = EXPERIMENT.judged(planted())
-    assert len(found) == (2 * 8 * 2 + 3 * 2) * 5 and {c.verdict for c in found} == {"holds"}
-    for quantity, words in (
-        ("light", "luminance ratio to the unpruned scene"),
-        ("land", "luminance ratio to the unpruned scene, without airlight"),
-        ("rays", "coverage ratio to the unpruned scene"),
-    ):
-        refuted = [c for c in EXPERIMENT.judged(planted(0.03, quantity)) if c.verdict == "refuted"]
-        mine = [c for c in refuted if c.estimand == words]
-        assert len(mine) == 4 * (1 if quantity == "land" else 2)
-        assert quantity == "rays" or mine == refuted
 
 
 def test_fields_that_are_judged_were_never_looked_at():

@@ -4,7 +4,6 @@ import json
 import math
 from collections import Counter
 from dataclasses import replace
-from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -44,8 +43,7 @@ from bench.observers.psychometric import (
 )
 from bench.observers.results import read_result, read_results, result_text
 from bench.observers.simulate import ObserverModel, power, simulated_sessions
-from bench.records.records import Point, columns, merge_points
-from bench.runs import RunRequest, run_experiment
+from bench.records.records import merge_points
 from lod.errors import InputError
 from scenes.render.variants import choose
 
@@ -268,30 +266,6 @@ def test_pictures_that_are_finished_are_kept(tmp_path):
         entry["levels"][3],
     ]
     assert set(entry["models"]) >= {"flip", "barten"}
-
-
-def test_what_models_say_of_presets_is_judged_and_drawn():
-    points = []
-    for way, jod in (("still", (9.60e6, 9.59e6)), ("moving", (8.2e6, 8.4e6))):
-        samples = [
-            *columns({"seen": [10_000, 10_100], "jod": [int(each) for each in jod]}, ppd=60),
-            *columns({"seen": [990_000, 995_000], "jod": [7_000_000, 7_010_000]}, ppd=30),
-        ]
-        case = {"topic": "predicted", "preset": "crowd", "way": way}
-        points.append(Point(case, samples=tuple(samples)))
-    claims = {(c.estimand[:3], *c.condition.values()): c for c in EXPERIMENT.judged(points)}
-    assert len(claims) == 8
-    assert claims["JOD", "crowd", "still", 60].measured == pytest.approx(9.595)
-    assert claims["JOD", "crowd", "still", 60].verdict == "holds"
-    assert claims["JOD", "crowd", "moving", 30].verdict == "refuted"
-    assert claims["det", "crowd", "still", 60].verdict == "holds"
-    assert claims["det", "crowd", "still", 30].verdict == "refuted"
-    topic = EXPERIMENT.topics["predicted"]
-    given = replace(topic, cases=lambda: [partial(lambda seed: points)], full={})
-    experiment = replace(EXPERIMENT, topics={"predicted": given})
-    record = run_experiment(experiment, RunRequest("observers", ("predicted",)))
-    (plot,) = EXPERIMENT.plots(record)
-    assert plot.labels[0] == "still, 60 pixels a degree" and len(plot.labels) == 4
 
 
 @pytest.mark.slow

@@ -62,7 +62,11 @@ def test_a_claim_that_is_new_is_said_to_be(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "change", [{"scene": "cd" * 32}, {"variant": "x"}, {"threads": 2}, {"cpu": "y"}, {"cores": 99}]
+    "change",
+    [
+        {"scene": "cd" * 32},
+        {"variant": "x"},
+    ],
 )
 def test_what_cannot_be_compared_is_refused(change):
     with pytest.raises(InputError, match=next(iter(change))):

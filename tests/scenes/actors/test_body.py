@@ -148,16 +148,6 @@ def standing(motion, phase):
     return np.flatnonzero(own <= motion.feet.duty).tolist()
 
 
-def test_names_on_the_way_may_be_left_out():
-    joe = Body("joe", someone("person"))
-    full = "torso/abdomen/chest/right arm/forearm/hand"
-    places = {r: joe.receive(ask(r, "position")).value for r in (full, "right arm/hand")}
-    assert len(set(places.values())) == 1
-    refused = joe.receive(ask("right leg/hand", "position"))
-    assert refused.who == "joe"
-    assert "nearest known route" in refused.why
-
-
 def test_a_guard_may_watch_modify_and_reject():
     joe, seen = Body("joe", someone("person")), []
 

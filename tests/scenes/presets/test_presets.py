@@ -101,11 +101,6 @@ def test_the_rate_of_a_film_may_be_a_fraction() -> None:
         load_preset("meadow", ["camera.fps=24/0"])
 
 
-def test_a_preset_is_frozen() -> None:
-    with pytest.raises(ValueError, match="frozen"):
-        load_preset("meadow").seed = 3  # type: ignore[misc]
-
-
 @pytest.mark.parametrize(
     ("override", "key", "value"),
     [

@@ -24,8 +24,6 @@ from scenes.trees.species import SEASONS, Weather, read_species, tree_species
 from scenes.trees.tree import grow_tree, swaying_trees, tree_prototypes
 from tests.scenes.figures.motion_phase import at_phase
 
-COLUMNS = ("start", "end", "start_radius", "end_radius", "tint")
-
 
 @lru_cache(maxsize=8)
 def tree(name):
@@ -133,18 +131,6 @@ def test_at_rest_it_is_the_tree_that_stands_still(name):
     for mine, its in ((rest.inner, still.inner), (rest.leaf, still.leaf)):
         assert mine.start == pytest.approx(its.start, abs=1e-12)
         assert mine.end == pytest.approx(its.end, abs=1e-12)
-
-
-@pytest.mark.parametrize("name", KINDS)
-def test_only_the_whole_reaches_farther(name):
-    still, sways = (each.hierarchy for each in pair(name))
-    assert np.array_equal(still.P, sways.P)
-    assert np.array_equal(still.R[1:], sways.R[1:])
-    assert np.array_equal(still.B[1:], sways.B[1:])
-    assert 1.0 < sways.R[0] / still.R[0] < 1.1
-    more = sways.separation - still.separation
-    assert (more >= 0).all()
-    assert (more[still.level != 1] == 0).all()
 
 
 @pytest.mark.parametrize("name", KINDS)
