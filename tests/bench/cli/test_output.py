@@ -112,12 +112,9 @@ def right(tmp_path_factory: pytest.TempPathFactory) -> Path:
     "redirection",
     [
         "2>&-",
-        "--json >&-",
         "<&-",
         "--json <&- >&- 2>&-",
-        "2>/dev/full",
         "| true",
-        "--json | head -0",
     ],
 )
 def test_a_right_folder_is_right(right: Path, redirection: str) -> None:
@@ -144,7 +141,7 @@ def test_a_wrong_folder_stays_wrong(right: Path, tmp_path: Path) -> None:
     assert "stdout could not be written" in both.stderr
 
 
-@pytest.mark.parametrize("redirection", [">&- 2>&-", "2>/dev/full | true", "--json | head -1"])
+@pytest.mark.parametrize("redirection", [">&- 2>&-", "--json | head -1"])
 def test_frames_are_rendered_whoever_reads_of_it(
     right: Path, tmp_path: Path, redirection: str
 ) -> None:

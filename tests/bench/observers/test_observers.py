@@ -5,6 +5,7 @@ import math
 from collections import Counter
 from dataclasses import replace
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -26,6 +27,7 @@ from bench.observers.plan import (
     PLACES,
     SMALL_SET,
     STAIRCASE,
+    SUBJECTS,
     WAYS,
     Condition,
     block_of,
@@ -250,7 +252,9 @@ def test_barten_sees_a_grating_at_the_contrast_of_its_sensitivity():
     assert found[LEVELS_PX.index(16.0)] < 0.05
 
 
-def test_pictures_that_are_finished_are_kept(tmp_path):
+def test_pictures_that_are_finished_are_kept(tmp_path, monkeypatch):
+    tiny = Path(__file__).parents[1] / "cli" / "tiny.toml"
+    monkeypatch.setitem(SUBJECTS, "ground", str(tiny))
     how, condition = make.Pictures("16x16", 1, 2), Condition("ground", "near", "still")
     (tmp_path / make.PICTURES).mkdir()
     entry = make.make_condition(condition, tmp_path, how)

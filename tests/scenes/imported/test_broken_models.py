@@ -16,6 +16,7 @@ import numpy as np
 import psutil
 import pytest
 
+from bench.cli.commands import model
 from lod.errors import InputError
 from scenes.imported import part_tree
 from scenes.imported import usd as usd_module
@@ -456,7 +457,10 @@ def test_a_sidecar_goes_before_the_file(tmp_path: Path) -> None:
     np.testing.assert_array_equal(expected, inside)
 
 
-def test_models_are_kept_listed_and_removed(tmp_path: Path, run: Any) -> None:
+def test_models_are_kept_listed_and_removed(
+    tmp_path: Path, run: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(model, "_picture", lambda *_: None)
     path = str(lamp_tree(tmp_path / "lamps.glb"))
     assert run("model", "add", path)[0] == 0
     code, _, err = run("model", "add", path)
