@@ -58,7 +58,7 @@ def test_a_budget_must_be_kept_and_used(share, verdict):
 @pytest.mark.slow
 def test_the_pruner_keeps_the_prediction_and_a_planted_fault_is_named(monkeypatch):
     """Clusters of half as many members as they are said to have."""
-    case = partial(measure_spread, TIGHT, 20.0, 6_000)
+    case = partial(measure_spread, TIGHT, 20.0, 2_000)
     name = "99th_percentile_of_a_frame_s_parts_over_predicted_by_pair_correlation"
     where = "tight_clusters/figure/20_px"
     before = {c.name: c.verdict for c in EXPERIMENT.judged([case(0)])}
