@@ -168,7 +168,7 @@ def test_bad_input_is_one_clear_line(
 
 @pytest.mark.parametrize(
     ("preset", "least"),
-    [("crowd", "light.sun_elevation=1e-9"), ("crowd", "species.tree.density=1e-320")],
+    [("badlands", "light.sun_elevation=1e-9"), ("crowd", "species.tree.density=1e-320")],
 )
 def test_the_least_that_is_allowed_is_counted(run: Run, preset: str, least: str) -> None:
     """A sun on the horizon, and a density of which the reciprocal is no number."""

@@ -86,7 +86,9 @@ def test_a_tree_that_stands_elsewhere_keeps_its_tone():
 
 def test_coordinates_are_about_the_window_where_leaves_shade_one_another():
     """And not about the eye, 5 km from there; what is in view is the same."""
-    scene = of("far_5_km")
+    others = [f"species.{s}.density=0" for s in ("broadleaf", "birch", "shrub", "figure")]
+    some = *others, "species.conifer.prototypes=1"
+    scene = Scene(preset_of("far_5_km", "clear", 1, some))
     view, usual = window_view(scene), scene.view(1)
     assert view.camera.eye[:2] == pytest.approx([0.0, -5000.0])
     field = next(each for each in scene.world.fields if each.name == "conifer")
@@ -95,10 +97,6 @@ def test_coordinates_are_about_the_window_where_leaves_shade_one_another():
     assert one.position - two.position == pytest.approx(
         np.tile(view.camera.eye - usual.camera.eye, (len(one), 1)), abs=1e-6
     )
-
-
-def of(look):
-    return Scene(preset_of(look, "clear", 1))
 
 
 def test_fields_that_are_judged_were_never_looked_at():

@@ -59,7 +59,7 @@ def test_people_walk_as_fast_as_people_do():
     """The mean over adults and their strides is within what 41 studies found (Bohannon & Andrews
     2011: means of 1.24 to 1.43 m/s by sex and decade, up to 69 years); nobody dawdles or runs.
     """
-    adults = walking_people(people_at_rest(0, 24, 0.0), 0)
+    adults = walking_people(people_at_rest(0, 8, 0.0), 0)
     stride, period = stride_factors(np.linspace(0, 1, 33))
     speeds = np.array([who.motion.speed for who in adults])[:, None] * (stride / period)
     assert 1.24 < speeds.mean() < 1.43

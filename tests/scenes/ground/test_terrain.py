@@ -109,7 +109,7 @@ def test_more_detail_than_memory_holds_is_refused():
 # --- the mesh
 
 
-@settings(max_examples=20)
+@settings(max_examples=10)
 @given(terrain=grounds, view=views)
 def test_the_mesh_is_watertight(terrain, view):
     view = view_of(terrain, **view)

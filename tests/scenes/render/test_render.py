@@ -134,6 +134,7 @@ PAN = (
     "camera.turn=90",
     "view.shutter=180",
     "species.tree.density=0",
+    "species.sward.density=0",
     "species.figure.prototypes=1",
 )
 
@@ -244,8 +245,7 @@ def test_where_nothing_moves_there_are_no_sub_frames():
 
 
 def test_walkers_are_posed_anew_in_each_sub_frame_and_the_ground_is_not():
-    still = ("camera.turn=0", "camera.speed=0", "species.sward.density=0")
-    walking = (*still, "species.figure.patrol=5")
+    walking = ("camera.turn=0", "camera.speed=0", "species.figure.patrol=5")
     first, last = (shot(*walking).subframes[k]() for k in (0, -1))
     names = [each.name for each in first.displayed]
     for name, a, b in zip(names, first.displayed, last.displayed, strict=True):
