@@ -255,6 +255,7 @@ def test_barten_sees_a_grating_at_the_contrast_of_its_sensitivity():
 def test_pictures_that_are_finished_are_kept(tmp_path, monkeypatch):
     tiny = Path(__file__).parents[1] / "cli" / "tiny.toml"
     monkeypatch.setitem(SUBJECTS, "ground", str(tiny))
+    monkeypatch.setattr(type(VIDEO), "python", lambda self: None)  # a minute, where it was made
     how, condition = make.Pictures("16x16", 1, 2), Condition("ground", "near", "still")
     (tmp_path / make.PICTURES).mkdir()
     entry = make.make_condition(condition, tmp_path, how)

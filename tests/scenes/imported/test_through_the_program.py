@@ -74,7 +74,8 @@ def test_the_law_holds_for_them(preset: str, run: Any) -> None:
             assert abs(each["displayed"] - each["predicted"]) < 4 * each["predicted_sd"]
 
 
-@pytest.mark.parametrize("variant", ["scalar_rgb", pytest.param("auto", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("variant", ["scalar_rgb", "auto"])
 def test_they_are_rendered_resumed_and_verified(
     variant: str, preset: str, run: Any, tmp_path: Path
 ) -> None:
