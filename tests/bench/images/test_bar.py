@@ -179,7 +179,9 @@ def test_walks_are_judged_by_place_and_need_their_environment(monkeypatch):
 
 
 def test_redrawn_objects_stand_elsewhere_on_the_same_ground():
-    scene = Scene(load_preset("badlands", ("render.size=32x18",)))
+    kinds = ("dead_tree", "boulder", "shrub", "figure")
+    one = [f"species.{kind}.prototypes=1" for kind in kinds]
+    scene = Scene(load_preset("badlands", ("render.size=32x18", *one)))
     world = bar.redrawn(scene.world)
     assert world.terrain is scene.world.terrain and len(world.dust) == len(scene.world.dust) == 1
     assert world.dust[0].walkers is next(f for f in world.fields if f.name == "figure")
