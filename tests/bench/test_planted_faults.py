@@ -94,10 +94,13 @@ def test_larger_priorities_in_the_pruner_alone_are_found_by_scaling(monkeypatch)
 
 
 def test_fading_that_is_off_is_found_by_popping(monkeypatch):
-    """The way that is said to fade clips like the other; pictures, which do not decide it, are
-    small, and details as large as before."""
+    """The way that is said to fade clips like the other.
+
+    Pictures do not decide it: they are small, with details as large as before, and none unpruned.
+    """
     small = "render.size=32x18", "render.spp=1", "view.detail=1"
     monkeypatch.setattr(popping, "WALK", (*popping.WALK, *small))
+    monkeypatch.setitem(popping.WALK_WAYS, "unpruned", popping.WALK_WAYS["fading"])
     cases = [
         partial(each.func, each.args[0], 2, *each.args[2:])
         for each in quick_cases("popping", "popping")
