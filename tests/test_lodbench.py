@@ -84,23 +84,6 @@ def test_every_name_is_there_and_none_brings_the_renderer() -> None:
     assert done.stdout.strip() == ""
 
 
-def test_the_module_runs_the_program() -> None:
-    done = subprocess.run(
-        [sys.executable, "-m", "lodbench", "list", "-h"], capture_output=True, text=True, check=True
-    )
-    assert done.stdout.startswith("Usage: lodbench list")
-
-
-@pytest.mark.slow
-def test_an_experiment_tells_how_far_it_is() -> None:
-    told: list[tuple[int, int, str]] = []
-    lodbench.run_experiment("figure", quick=True, watch=lambda *each: told.append(each))
-    done, totals, names = zip(*told, strict=True)
-    assert done == tuple(range(totals[-1] + 1))
-    assert len(set(totals)) == 1
-    assert "giraffe" in names
-
-
 def test_a_notebook_shows_a_bar(
     campfire: lodbench.Preset, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -73,40 +73,53 @@ def install_into(python: Path) -> tuple[str | Path, ...]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", ["wheel", "sdist"])
-def test_what_is_built_installs_and_renders_without_the_sources(
-    kind: str, built: dict[str, Path], tmp_path: Path
-) -> None:
-    python = fresh_environment(tmp_path / "environment")
-    done(*install_into(python), built[kind], cwd=tmp_path)
-    where = "import lodbench, bench, scenes, lod; print(lodbench.__file__, *bench.__path__)"
-    for path in done(python, "-c", where, cwd=tmp_path).split():
-        assert Path(path).is_relative_to(tmp_path), path
+def test_the_sdist_builds_the_very_wheel(built: dict[str, Path], tmp_path: Path) -> None:
+    shutil.unpack_archive(built["sdist"], tmp_path)
+    (sources,) = tmp_path.iterdir()
+    done(sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", tmp_path, cwd=sources)
+    (again,) = tmp_path.glob("*.whl")
+    assert again.read_bytes() == built["wheel"].read_bytes()
 
-    elsewhere = tmp_path / "elsewhere"
-    elsewhere.mkdir()
-    program = python.parent / "lodbench"
-    said = done(program, "--version", cwd=elsewhere)
-    assert said == f"lodbench, version {PROJECT['version']}\n"
-    small = ("--size", "32x18", "--spp", "1", "--variant", "scalar_rgb")
-    cache = {"LODBENCH_CACHE": str(tmp_path / "cache")}
-    done(program, "render", "fly_in", "-o", "out/a.####.exr", *small, cwd=elsewhere, **cache)
-    assert (elsewhere / "out/a.0001.exr").stat().st_size > 32 * 18
-    done(program, "verify", "out", cwd=elsewhere)
+
+@pytest.fixture(scope="module")
+def installed(built: dict[str, Path], tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder with an environment that has the wheel."""
+    folder = tmp_path_factory.mktemp("installed")
+    done(*install_into(fresh_environment(folder / "environment")), built["wheel"], cwd=folder)
+    return folder
 
 
 @pytest.mark.slow
-def test_the_example_package_installs_beside_lodbench(
-    built: dict[str, Path], tmp_path: Path
+def test_what_is_built_installs_and_renders_without_the_sources(
+    installed: Path, tmp_path: Path
 ) -> None:
-    python = fresh_environment(tmp_path / "environment")
+    python = installed / "environment" / "bin" / "python"
+    where = "import lodbench, bench, scenes, lod; print(lodbench.__file__, *bench.__path__)"
+    for path in done(python, "-c", where, cwd=tmp_path).split():
+        assert Path(path).is_relative_to(installed), path
+
+    program = python.with_name("lodbench")
+    said = done(program, "--version", cwd=tmp_path)
+    assert said == f"lodbench, version {PROJECT['version']}\n"
+    small = ("--size", "32x18", "--spp", "1", "--variant", "scalar_rgb")
+    cache = {"LODBENCH_CACHE": str(installed / "cache")}
+    done(program, "render", "fly_in", "-o", "out/a.####.exr", *small, cwd=tmp_path, **cache)
+    assert (tmp_path / "out/a.0001.exr").stat().st_size > 32 * 18
+    done(program, "verify", "out", cwd=tmp_path)
+
+
+@pytest.mark.slow
+def test_the_example_package_installs_beside_lodbench(installed: Path, tmp_path: Path) -> None:
+    python = installed / "environment" / "bin" / "python"
     example = shutil.copytree(ROOT / "examples" / "plugin", tmp_path / "plugin")
-    done(*install_into(python), built["wheel"], example, cwd=tmp_path)
-    program, cache = python.parent / "lodbench", {"LODBENCH_CACHE": str(tmp_path / "cache")}
+    done(*install_into(python), example, cwd=tmp_path)
+    program, cache = python.with_name("lodbench"), {"LODBENCH_CACHE": str(installed / "cache")}
     assert "halfway" in done(program, "list", cwd=tmp_path, **cache)
     few = ("--size", "64x36", "-D", "species={one={model='rabbit', density=0.1}}", "--json")
     counts = {
-        metric: json.loads(done(program, "count", "meadow", "--metric", metric, *few, cwd=tmp_path))
+        metric: json.loads(
+            done(program, "count", "meadow", "--metric", metric, *few, cwd=tmp_path, **cache)
+        )
         for metric in ("halfway", "blake")
     }
     assert counts["halfway"] != counts["blake"]

@@ -18,7 +18,6 @@ from bench.experiments.law import measure_scaling
 from bench.records.provenance import provenance
 from bench.runs import sources
 from bench.statistics.estimates import StoppingRule
-from lod.errors import InputError
 from lod.metric import METRICS, Metric
 from scenes import plugins
 from scenes.render.variants import choose, trusting
@@ -48,12 +47,6 @@ def package(monkeypatch):
     yield
     for each in caches:
         each.cache_clear()
-
-
-def test_nothing_is_installed_here():
-    assert plugins.metric_names() == tuple(METRICS)
-    with pytest.raises(InputError, match="blke"):
-        plugins.metric_by_name("blke")
 
 
 @pytest.mark.usefixtures("package")
@@ -88,11 +81,8 @@ def test_a_frame_is_counted_by_a_metric_of_theirs_and_held_against_its_law(capfd
     ("flags", "says"),
     [
         (("--metric", "missing"), "--metric: 'missing': can be imported"),
-        (("--metric", "often_nan"), "limits are distances"),
         (("--metric", "misnamed"), "is called as its entry point is"),
-        (("-D", 'representations.x={kind="fenc"}'), "one that is installed: fence"),
         (("-D", 'representations.x={kind="no_offer"}'), "not type"),
-        (("-D", 'representations.x={kind="fence", options={post=1}}'), "unexpected keyword"),
         (("-D", "representations.x={}"), "representations.x.kind"),
     ],
 )

@@ -11,13 +11,9 @@ from scipy.integrate import quad
 import lod.metric
 import lod.view
 from bench.counting import (
-    BEYOND,
     COLUMNS,
     EYE_HEIGHT_M,
-    KEPT,
-    SWEEPS,
     Case,
-    beyond_grid,
     cleared,
     count_field,
     disc_in_square,
@@ -25,57 +21,13 @@ from bench.counting import (
     pierced,
     predict,
     prototypes_of,
-    scaling_grid,
     shown_areas,
-    stands,
 )
 from lod.law import chained_limits
 from lod.metric import METRICS
 from lod.shapes import Sticks
 
 SMALL = Case("density", "figure", "blake", density=0.01, detail=20.0)
-FIGURES = [case for case in scaling_grid() if case.species == "figure" and case.sweep in SWEEPS]
-
-
-def of(sweep, metric="blake"):
-    return [case for case in FIGURES if (case.sweep, case.metric) == (sweep, metric)]
-
-
-def test_blake_is_swept_in_everything_and_m_in_three_ways():
-    assert {case.sweep for case in FIGURES if case.metric == "blake"} == set(SWEEPS)
-    for sweep, key in (("detail", "detail"), ("resolution", "width"), ("magnification", "fov")):
-        chosen = of(sweep)
-        assert len({getattr(case, key) for case in chosen}) == len(chosen) >= 5
-        others = {"detail", "width", "fov"} - {key}
-        assert all(len({getattr(case, other) for case in chosen}) == 1 for other in others)
-        assert max(c.m for c in chosen) / min(c.m for c in chosen) >= 100
-
-
-@pytest.mark.parametrize("metric", ["blake", "bounded", "solid_angle"])
-def test_worlds_reach_from_well_inside_the_limit_to_far_outside(metric):
-    worlds = of("world", metric)
-    limit = predict(worlds[0]).farthest_limit
-    sides = np.array([case.extent for case in worlds])
-    assert sides.min() < 0.25 * 2 * limit
-    outside = sides[sides > 2 * limit]
-    assert len(outside) >= 5 and outside.max() / outside.min() > 1e4
-
-
-def test_what_the_flat_ground_model_leaves_out_is_swept_from_mild_to_hard():
-    grid = beyond_grid()
-    assert {case.sweep for case in grid} == set(BEYOND)
-    assert {case.gathered for case in grid} == set(KEPT)
-    for name, sweep in BEYOND.items():
-        values = [getattr(case, sweep.key) for case in grid if case.sweep == name]
-        assert len(values) >= 3
-        assert values in (sorted(values), sorted(values)[::-1])
-
-
-@pytest.mark.parametrize("case", [of(sweep)[0] for sweep in SWEEPS], ids=list(SWEEPS))
-def test_m_is_that_of_the_view(case):
-    assert case.view().m == pytest.approx(case.m, rel=1e-12)
-
-
 # The predictions
 
 
@@ -125,16 +77,6 @@ def test_a_clearing_is_the_integral_of_its_density():
         assert cleared(np.array([np.pi * radius**2]), 100.0)[0] == pytest.approx(wanted, rel=1e-6)
 
 
-@pytest.mark.slow
-def test_several_species_add_up():
-    case = next(case for case in beyond_grid() if case.sweep == "mixed")
-    alone = [
-        predict(replace(case, species=s, density=case.density / 3)).objects
-        for s in case.species.split("+")
-    ]
-    assert predict(case).objects == pytest.approx(sum(alone), rel=1e-12)
-
-
 # Counting
 
 
@@ -148,18 +90,6 @@ def test_patches_are_clumped_as_the_law_says():
     law, even = predict(case), predict(replace(case, gathered="evenly"))
     assert law.objects == even.objects and law.objects_variance > 4 * even.objects_variance
     assert 0.7 < counts(case, 120)["objects"].var(ddof=1) / law.objects_variance < 1.4
-
-
-def test_a_patch_is_there_or_not_for_all_of_its_objects():
-    patches = Case("patches", "figure", "blake", 1.0, gathered="patches", scale=8.0)
-    close = np.array([[3.0, 3.0], [3.01, 3.01]])
-    both = [stands(patches, close, seed) for seed in range(400)]
-    assert np.mean([a == b for a, b in both]) > 0.98
-    assert 0.18 < np.mean(both) < 0.32
-    apart = 8.0 * np.stack(np.meshgrid(np.arange(300), np.arange(300)), -1).reshape(-1, 2)
-    there = stands(patches, apart, 7)
-    assert there.mean() == pytest.approx(0.25, abs=0.01)
-    assert abs(np.corrcoef(there[:-1], there[1:])[0, 1]) < 0.02
 
 
 # Rays
@@ -190,9 +120,3 @@ def sticks(*rows):
 )
 def test_a_stick_is_pierced_where_it_is_wide_enough(start, end, radii, wanted):
     assert pierced(sticks((start, end, *radii)), np.zeros(3), NORTH).tolist() == [wanted]
-
-
-def test_every_stick_counts_for_every_ray():
-    two = sticks(*[((-1.0, y, 0.0), (1.0, y, 0.0), 0.1, 0.1) for y in (4.0, 8.0)])
-    rays = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
-    assert pierced(two, np.zeros(3), rays).tolist() == [2, 0, 0]

@@ -112,12 +112,6 @@ def test_parts_pop_at_full_size_and_in_view_of_both():
     assert popped(with_parts([1, 2], [1.0, 1.0]), behind) == 0
 
 
-def test_what_walks_out_of_view_has_not_popped():
-    gone, all_there = with_parts([1], [1.0]), ([1, 2], [1.0, 1.0])
-    assert popped(with_parts(*all_there, goes=(0.5, 0.0, 0.0)), gone) == 1
-    assert popped(with_parts(*all_there, goes=(50.0, 0.0, 0.0)), gone) == 0
-
-
 def test_what_swings_out_of_view_has_not_popped():
     """A hand whose arm swings is not where the walk of its object alone would have it."""
     both, one = with_parts([1, 2], [1.0, 1.0]), with_parts([1], [1.0])

@@ -14,12 +14,10 @@ from bench import runs
 from bench.experiment import experiments
 from bench.frame_costs import own_kind
 from bench.images.fields import EVERYTHING, Field
-from bench.plots import Plot
 from bench.records.records import Point, columns, merge_points, read_record
 from bench.runs import case_label
 from lod.errors import InputError
 from scenes.presets.load import load_preset
-from tests.bench.edited import record_of
 from tests.said import said
 
 EXPERIMENTS = experiments()
@@ -107,19 +105,6 @@ def test_verdicts_follow_from_what_is_planted():
     }
     world = not_held(grown(1.0, beyond=0.4))
     assert any("against_side_of_the_world" in name for name in world)
-
-
-def test_a_step_that_some_fields_leave_out_is_not_fitted():
-    whole = grown(1.0)
-    short = replace(whole[4], samples=columns({c.quantity: c.values[:1] for c in whole[4].samples}))
-    assert not_held([*whole[:4], short, *whole[5:]]) == {}
-
-
-def test_parts_time_and_memory_are_drawn_against_each_sweep():
-    record = record_of(replace(EXPERIMENTS["law"], topics={}), grown(1.0))
-    (plot,) = growth.plots(record)
-    assert isinstance(plot, Plot) and plot.name == "growth-mine-toml"
-    assert len(plot.drawings) == 9 and "1.00 of K" in plot.title
 
 
 def test_windows_of_objects_have_no_grass_and_the_eye_in_their_middle(mine):

@@ -11,6 +11,7 @@ import pytest
 
 from bench import counting as count_field
 from bench.experiment import experiments
+from bench.experiments import popping
 from bench.images import cover
 from bench.runs import RunRequest, run_experiment
 from lod.air import CLEAR
@@ -62,12 +63,16 @@ def test_denser_air_in_the_renderer_alone_is_found_by_air(monkeypatch):
 
 
 def test_larger_priorities_in_the_pruner_alone_are_found_by_scaling(monkeypatch):
-    """P is 1.3 times what the prediction takes it for."""
+    """P is 1.3 times what the prediction takes it for, which is a third more objects.
+
+    A mean of 3 % in place of 1 % takes a ninth of the fields. They leave open whether the claim
+    holds to half a percent without the fault, and refute it with the fault.
+    """
     cases = [
-        each
+        partial(each.func, each.args[0], replace(each.args[1], target=0.03))
         for each in quick_cases("law", "scaling")
         if (each.args[0].species, each.args[0].metric) == ("figure", "blake")
-        and each.args[0].sweep in ("density", "detail", "resolution")
+        and each.args[0].sweep == "density"
     ]
     before, species = verdicts("law", "scaling", cases), count_field.Species
     monkeypatch.setattr(
@@ -85,11 +90,17 @@ def test_larger_priorities_in_the_pruner_alone_are_found_by_scaling(monkeypatch)
     after = verdicts("law", "scaling", cases)
     for what in ("objects", "parts"):
         name = f"{what}_displayed_over_predicted/blake/figure"
-        assert (before[name], after[name]) == ("holds", "refuted"), name
+        assert before[name] != "refuted" and after[name] == "refuted", name
 
 
 def test_fading_that_is_off_is_found_by_popping(monkeypatch):
-    """The way that is said to fade clips like the other."""
+    """The way that is said to fade clips like the other.
+
+    Pictures do not decide it: they are small, with details as large as before, and none unpruned.
+    """
+    small = "render.size=32x18", "render.spp=1", "view.detail=1"
+    monkeypatch.setattr(popping, "WALK", (*popping.WALK, *small))
+    monkeypatch.setitem(popping.WALK_WAYS, "unpruned", popping.WALK_WAYS["fading"])
     cases = [
         partial(each.func, each.args[0], 2, *each.args[2:])
         for each in quick_cases("popping", "popping")
@@ -102,6 +113,30 @@ def test_fading_that_is_off_is_found_by_popping(monkeypatch):
     assert (before[name], after[name]) == ("holds", "refuted")
 
 
+@pytest.fixture
+def one_picture(monkeypatch):
+    """Cover looks at one picture of each field; the whole one, without a fault, is kept."""
+    wanted = [
+        each
+        for each in cover.pictures()
+        if (each.air, each.detail, each.cover) == ("preset", 1.0, True)
+    ]
+    kept, whole, rendered = {}, cover.whole, cover._pictures
+
+    def pictures(scenes, visible):
+        if not callable(visible):
+            return rendered(scenes, visible)
+        seed = next(iter(scenes.values())).preset.seed
+        if seed not in kept:
+            kept[seed] = rendered(scenes, visible())
+        return kept[seed]
+
+    monkeypatch.setattr(cover, "pictures", lambda: wanted)
+    monkeypatch.setattr(cover, "whole", lambda *of: partial(whole, *of))
+    monkeypatch.setattr(cover, "_pictures", pictures)
+
+
+@pytest.mark.usefixtures("one_picture")
 def test_far_cover_that_is_off_is_found_by_cover(monkeypatch):
     """What is too small to display leaves nothing on the land, 5 km away."""
     cases = [each for each in quick_cases("images", "cover") if each.args[0] == "far_5_km"]
@@ -113,6 +148,7 @@ def test_far_cover_that_is_off_is_found_by_cover(monkeypatch):
     assert (before[name], after[name]) == ("holds", "refuted")
 
 
+@pytest.mark.usefixtures("one_picture")
 def test_a_species_that_is_too_bright_is_found_by_cover(monkeypatch):
     """What stands for hidden parts of broadleaf trees shines 1.12 times as bright as they do.
 
@@ -120,12 +156,6 @@ def test_a_species_that_is_too_bright_is_found_by_cover(monkeypatch):
     do not tell a fault of 1.08: the interval of its ratio, 1.017 to 1.049, reaches into the margin.
     """
     cases = [each for each in quick_cases("images", "cover") if each.args[0] == "aerial"]
-    wanted = [
-        each
-        for each in cover.pictures()
-        if (each.air, each.detail, each.cover) == ("preset", 1.0, True)
-    ]
-    monkeypatch.setattr(cover, "pictures", lambda: wanted)
     before, fit = verdicts("images", "cover", cases), lit_prototypes.fit_tone
     tables_of = lit_prototypes.lit_part_tables.__wrapped__
     monkeypatch.setattr(posed_species, "lit_part_tables", lru_cache(tables_of))

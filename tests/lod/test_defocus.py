@@ -10,7 +10,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lod.camera import Corner, ThinLens, camera_from_heading
-from lod.errors import InputError
 from lod.hierarchy import Hierarchy
 from lod.law import chained_limits
 from lod.metric import METRICS, limit_distances
@@ -135,11 +134,3 @@ def test_out_of_view_nothing_is_displayed_farther_than_in_view():
     inside, outside = View(camera, METRICS["blake"], conditions=sight).limits(chain())
     assert (outside <= inside).all()
     assert camera.corner_secant == pytest.approx(math.hypot(1, *camera.tan_half))
-
-
-@pytest.mark.parametrize(
-    ("diameter", "focus"), [(0.0, 5.0), (math.inf, 5.0), (0.02, 0.0), (0.02, math.nan)]
-)
-def test_a_lens_that_cannot_be_is_refused(diameter, focus):
-    with pytest.raises(InputError):
-        ThinLens(diameter, focus)

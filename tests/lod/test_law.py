@@ -139,8 +139,8 @@ def parts_at(node, turn, tree, view):
     for plane in planes:
         seen &= position @ plane > -tree.B
     m = np.where(seen | view.look_around, view.m, max(view.m, view.m_offscreen))
-    limits = [chained_limits(tree, view.metric, each, view.conditions) for each in m]
-    limit = np.array([row[k] for k, row in enumerate(limits)])
+    limits = {each: chained_limits(tree, view.metric, each, view.conditions) for each in set(m)}
+    limit = np.array([limits[each][k] for k, each in enumerate(m)])
     return np.linalg.norm(position, axis=1) < limit
 
 
@@ -153,7 +153,7 @@ def test_the_integral_tests_every_part_at_every_node_by_itself(look_around):
     )
     sight = ViewingConditions(BlurWidths(camera.pixel_angle), 0.02, acuity=False)
     view = View(camera, METRICS["blake"], look_around=look_around, conditions=sight)
-    net = ground_nodes((tree,), view, 30 * 24)
+    net = ground_nodes((tree,), view, 16 * 12)
     height = np.sin(net.xy[:, 0])
     found = count_moments((tree,), view, net, height)
     nodes = np.column_stack((net.xy, height))

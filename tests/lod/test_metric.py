@@ -8,9 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lod import metric as family
 from lod.hierarchy import Hierarchy
-from lod.metric import MAX_CACHED, METRICS, limit_distances
+from lod.metric import METRICS, limit_distances
 
 SIZES = st.floats(1e-3, 1e3)
 
@@ -76,13 +75,3 @@ def test_limits_are_kept_for_as_long_as_their_hierarchy_lives():
     del tree
     gc.collect()
     assert gone() is None
-
-
-def test_limits_of_one_hierarchy_are_bounded():
-    tree = chain_of_two()
-    first = limit_distances(tree, METRICS["blake"], 0.1)
-    for step in range(MAX_CACHED):
-        limit_distances(tree, METRICS["blake"], 0.2 + step)
-    assert len(family._CACHE[tree]) == MAX_CACHED
-    again = limit_distances(tree, METRICS["blake"], 0.1)
-    assert again is not first and np.array_equal(again, first)

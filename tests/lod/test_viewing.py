@@ -16,7 +16,6 @@ from scipy.optimize import brentq, minimize_scalar
 
 from lod.air import Air, least_extinction
 from lod.camera import Corner, camera_from_heading
-from lod.errors import InputError
 from lod.eye import (
     CONTRAST_CLASSES,
     NEVER_LOST,
@@ -33,7 +32,6 @@ from lod.viewing import (
     UNWEIGHTED,
     BlurWidths,
     ViewingConditions,
-    WeightedDistance,
     blur_widths,
     eye_width,
     gaussian_transfer,
@@ -200,32 +198,6 @@ def test_the_blur_of_the_eye_counts_once():
     assert (shaken.weight(d) > 1.05 * alone.weight(d)).any()
 
 
-@pytest.mark.parametrize("bad", [-1.0, math.nan])
-def test_bad_distances_are_refused(bad):
-    with pytest.raises(InputError):
-        UNWEIGHTED.weight(np.array([bad]))
-    with pytest.raises(InputError):
-        UNWEIGHTED.inverse(np.array([bad]))
-
-
-@pytest.mark.parametrize(
-    ("d", "w", "beyond"),
-    [
-        ([], [], 1.0),
-        ([1.0], [1.0], 1.0),
-        ([0.0, 1.0], [0.0, 0.5], 1.0),
-        ([0.0, 1.0, 1.0], [0.0, 1.0, 2.0], 1.0),
-        ([0.0, 1.0, 2.0], [0.0, 3.0, 3.0], 1.0),
-        ([0.0, 1.0], [0.0, math.inf], 1.0),
-        ([0.0], [0.0], 0.5),
-        ([0.0], [0.0], math.nan),
-    ],
-)
-def test_a_table_that_is_no_weighted_distance_is_refused(d, w, beyond):
-    with pytest.raises(InputError, match="W"):
-        WeightedDistance(np.array(d), np.array(w), beyond)
-
-
 def sigma_of(x, kernel):
     return math.sqrt(np.sum(kernel * x**2) / np.sum(kernel))
 
@@ -357,15 +329,3 @@ def test_a_view_weighs_in_view_and_out_of_it_each_with_its_own_detail():
     assert (outside == limit_distances(tree, METRICS["blake"], 4 * view.m, sight)).all()
     assert (outside < limit_distances(tree, METRICS["blake"], 4 * view.m)).any()
     assert sight.weighted(0.5, view.m) is not sight.weighted(0.5, view.m_offscreen)
-
-
-def test_another_cameras_pixel_and_a_contrast_beyond_scales_are_refused():
-    with pytest.raises(InputError, match="pixel"):
-        View(
-            CAMERA,
-            METRICS["blake"],
-            conditions=ViewingConditions(BlurWidths(2 * VIEW_PIXEL)),
-        )
-    for contrast in ((-1, 0), (0, NEVER_LOST + 1)):
-        with pytest.raises(InputError, match="contrast"):
-            tree_of(*contrast)

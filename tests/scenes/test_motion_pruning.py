@@ -57,7 +57,13 @@ def test_at_rest_and_at_shutter_0_the_cut_is_the_spatial_one_bit_for_bit(name, s
         assert same_bits(prune(each, view), prune(each, spatial))
 
 
-@pytest.mark.parametrize("settings", [(), (EYE,), ("view.metric=bounded",), ("view.metric=depth",)])
+@pytest.mark.parametrize(
+    "settings",
+    [
+        (),
+        (EYE,),
+    ],
+)
 def test_a_fast_pan_leaves_a_connected_part_of_the_spatial_cut(settings):
     made, view = view_of("meadow", *PAN, *settings)
     for field in made.fields:
@@ -112,13 +118,13 @@ def test_nothing_swings_faster_than_is_said(name):
     step = 1 / 96
     for field in made.fields:
         cut = prune(field, view)
-        seen = cut.parts.take(np.unique(cut.object, return_index=True)[1][:40])
+        seen = cut.parts.take(np.unique(cut.object, return_index=True)[1][:12])
         everything = _all_parts_of(field, seen, view)
         weights = _everything(len(everything))
-        times = [field.later(everything, view, 3.0 + k * step) for k in range(12)]
+        times = [field.later(everything, view, 3.0 + k * step) for k in range(6)]
         shapes = [field.appearance(each, weights) for each in times]
         instances = [each.state.instances for each in times]
-        for k in range(11):
+        for k in range(5):
             most = field.prototypes.max_speed[instances[k].prototype] * step + _turned(
                 field, instances, k
             )

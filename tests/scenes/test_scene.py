@@ -6,13 +6,13 @@ from functools import cache
 import numpy as np
 import pytest
 
-from lod.air import Air, rgb_extinction
+from lod.air import rgb_extinction
 from lod.eye import CONTRAST_CLASSES, Display, Eye
 from lod.pruner import prune
 from lod.update_schedule import WINDOW
 from lod.view import compile_view, in_view, sphere_in_frustum
 from scenes.presets.load import load_preset
-from scenes.scene import Scene, frame_quality, sun_and_sky
+from scenes.scene import Scene
 
 
 def test_a_panorama_is_pruned_all_round_at_one_angle():
@@ -39,11 +39,6 @@ def sight(*settings, frame=1):
     preset = load_preset("meadow", (*FEW, *settings))
     scene = Scene(preset)
     return scene.view(frame).conditions
-
-
-def test_the_air_is_the_presets_own():
-    assert Scene(load_preset("meadow", ["air.visibility=5km"])).air == Air(5000.0)
-    assert Scene(load_preset("fly_in")).air == Air()
 
 
 def test_haze_alone_prunes_by_the_clearest_band_it_is_painted_in():
@@ -98,16 +93,6 @@ SMALL = (
 )
 
 
-def test_light_and_quality_are_the_presets_own() -> None:
-    keys = ["light.sun_azimuth=12", "light.sun_elevation=34", "light.turbidity=5"]
-    preset = load_preset("meadow", [*keys, "render.spp=3", "render.max_depth=7", "seed=9"])
-    light = sun_and_sky(preset)
-    assert (light.sun_azimuth_deg, light.sun_elevation_deg, light.turbidity) == (12, 34, 5)
-    quality = frame_quality(preset, "scalar_rgb")
-    assert (quality.variant, quality.spp, quality.seed) == ("scalar_rgb", 3, 9)
-    assert quality.max_depth == 7
-
-
 def test_a_frame_holds_every_representation_once() -> None:
     preset = load_preset("meadow", SMALL)
     scene = Scene(preset)
@@ -121,17 +106,6 @@ def test_a_frame_holds_every_representation_once() -> None:
     assert shot.quality.variant == "scalar_rgb"
     assert set(shot.seconds) == {"prune", "appearance"}
     assert (shot.camera.width, shot.camera.height) == (64, 36)
-
-
-def test_the_same_frame_is_the_same_input_and_the_next_is_not() -> None:
-    preset = load_preset("meadow", SMALL)
-    one, two = (Scene(preset).input(3, "scalar_rgb") for _ in range(2))
-    for first, second in zip(one.displayed, two.displayed, strict=True):
-        assert np.array_equal(first.cut.parts.position, second.cut.parts.position)
-        assert np.array_equal(first.shape.owner, second.shape.owner)
-    after = Scene(preset).input(4, "scalar_rgb")
-    step = after.camera.eye[:2] - one.camera.eye[:2]
-    assert np.hypot(*step) == pytest.approx(preset.camera.speed / preset.camera.fps)
 
 
 WINDY = (

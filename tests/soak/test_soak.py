@@ -331,7 +331,7 @@ class Frames(RuleBasedStateMachine):
 def test_promises_hold_for_minutes() -> None:
     start = time.monotonic()
     plan = settings(
-        max_examples=4,  # of which the first is the simplest, where no command runs at all
+        max_examples=2,  # of which the first is the simplest, where no command runs at all
         stateful_step_count=12,
         deadline=None,
         database=None,
@@ -343,7 +343,7 @@ def test_promises_hold_for_minutes() -> None:
         random.seed(time.time_ns())
         with suppress(FlakyStrategyDefinition):  # which rules apply depends on what signals hit
             run_state_machine_as_test(Frames, settings=plan)
-        TRIED["rounds"] += 3
+        TRIED["rounds"] += 1
     assert len(TRIED) > 3
     if place := os.environ.get("LODBENCH_SOAK_RECORD"):
         found = {"commit": provenance("", 0).commit, "seconds": round(time.monotonic() - start)}

@@ -18,7 +18,7 @@ from bench.cli.commands import count
 from bench.cli.flags import frame_numbers, memory_limit_bytes
 from bench.cli.main import COMMANDS, program
 from lod.errors import InputError
-from scenes.files import DiskError, frame_path
+from scenes.files import DiskError
 from tests.said import said
 
 Run = Callable[..., tuple[int, str, str]]
@@ -42,53 +42,24 @@ COUNT = ("count", "meadow")
 CASES: list[tuple[tuple[str, ...], tuple[str, ...]]] = [
     # commands and flags
     (("rendr",), ("'rendr'",)),
-    (("--frob",), ("'--frob'",)),
     (("render",), ("'PRESET'",)),
     (("render", "meadow"), ("'-o'",)),
-    ((*COUNT, "--frob"), ("'--frob'",)),
-    ((*COUNT, "second"), ("(second)",)),
-    ((*COUNT, "-D"), ("'-D'",)),
     # presets
     (("count", "medow"), ("PRESET", "'medow'", "did you mean meadow?")),
-    (("count", "none.toml"), ("PRESET", "'none.toml'", "no such file")),
-    (("count", "/"), ("PRESET", "'/'", "it is a folder")),
-    (("count", "broken.toml"), ("broken.toml", "'height ='", "line 2, column 10")),
-    (("count", "nan.toml"), ("nan.toml: species.elk.density", "nan", "finite")),
     (("count", "misspelt.toml"), ("misspelt.toml: camera.hieght", "did you mean camera.height?")),
-    (("count", "latin.toml"), ("latin.toml", "UTF-8")),
-    # sizes
-    ((*RENDER, "--size", "0x0"), ("--size", "'0x0'", "1 to 16384")),
-    # air and eye
-    ((*COUNT, "--visibility", "1000km"), ("--visibility", "1000000.0", "1m to 330km")),
-    ((*COUNT, "--display-ppd", "0"), ("--display-ppd", "0", "at least 1")),
     # samples, variant
-    ((*RENDER, "--spp", "0"), ("--spp", "0", "at least 1")),
-    ((*RENDER, "--spp", "1.5"), ("--spp", "1.5", "a whole number")),
     ((*RENDER, "--spp", "many"), ("--spp", "'many'", "a whole number")),
     ((*RENDER, "--variant", "fast"), ("variant", "'fast'", "--variant auto")),
     # haze
     ((*COUNT, "--visibility", "20"), ("--visibility", "'20'", "20km or 20m")),
     # frames
     ((*RENDER, "--frames", "9-1"), ("--frames", "'9-1'", "1-9")),
-    ((*RENDER, "--frames", "a"), ("--frames", "'a'", "1-24")),
     ((*RENDER, "--frames", "1,,2"), ("--frames", "'1,,2'")),
-    ((*RENDER, "--frames", "0"), ("--frames", "'0'", "from 1")),
-    ((*RENDER, "--frames", ""), ("--frames", "''")),
     ((*RENDER, "--frames", "1-999999"), ("--frames", "'1-999999'", "at most")),
-    ((*COUNT, "--frame", "0"), ("--frame", "0")),
     # numbers
-    ((*COUNT, "--density", "figure=nan"), ("--density figure", "nan", "finite")),
     ((*COUNT, "--density", "figure"), ("--density", "'figure'", "figure=0.002")),
     ((*COUNT, "--density", "elk=1"), ("--density elk", "1", "one of: figure, tree")),
-    ((*COUNT, "--detail", "0"), ("--detail", "0", "above 0")),
-    ((*COUNT, "--seed", "-1"), ("--seed", "-1", "at least 0")),
-    ((*COUNT, "-D", "camera.fov=180"), ("-D camera.fov", "180", "below 180")),
-    # metrics
-    ((*COUNT, "--metric", "blak"), ("--metric", "'blak'", "blake")),
     ((*RENDER, "--metric", "full"), ("--metric", "'full'", "finite world", "world.extent")),
-    # -D
-    ((*COUNT, "-D", "seed"), ("-D", "'seed'", "key=value")),
-    ((*COUNT, "-D", "species.elk.density=1"), ("-D species.elk.density", "one of: figure, tree")),
     # said twice, or against one another
     ((*COUNT, "--detail", "2", "--max-parts", "1000"), ("--detail --max-parts", "'both'")),
     ((*COUNT, "-D", "view.detail=2", "--max-parts", "9"), ("-D view.detail --max-parts", "'both'")),
@@ -100,37 +71,21 @@ CASES: list[tuple[tuple[str, ...], tuple[str, ...]]] = [
     ),
     ((*COUNT, "--smear", "window"), ("--smear", "'window'", "--shutter 180")),
     ((*RENDER, "--tone", "linear"), ("--tone", "'alone'", "add --preview")),
-    ((*RENDER, "--view", "level"), ("--view", "'alone'", "add --preview")),
-    ((*RENDER, "--exposure", "1"), ("--exposure", "'alone'", "add --preview")),
     (("verify", "here", "--threads", "2"), ("--threads", "'alone'", "add --repair")),
-    (("verify", "here", "--max-memory", "4GB"), ("--max-memory", "'alone'", "add --repair")),
     (("run", "all", "nosuch", "-o", "out"), ("EXPERIMENT", "'nosuch'", "one of")),
     # what used to mislead
-    ((*RENDER, "--frames", "1-1000000"), ("--frames", "'1-1000000'", "up to 999999")),
-    (("count", "flight.toml"), ("flight.toml: camera.keys", "'frame': 5", "5 comes after 5")),
-    (("count", "one_key.toml"), ("camera.keys", "2 keys or more")),
-    (("count", "camra.toml"), ("camra.toml: camra", "did you mean camera?")),
     (("render", "meadow", "-o", f"o/{'n' * 240}.####.exr"), ("-o", "bytes", "another name")),
     (("render", "meadow", "-o", "o/\udcff.####.exr"), ("-o", "UTF-8", "another name")),
-    (("usd", "meadow", "-o", f"{'n' * 252}.usda"), ("-o", "bytes", "another name")),
     # where frames go
     (("render", "meadow", "-o", "out/a.exr"), ("-o", "'out/a.exr'", "####")),
-    (("render", "meadow", "-o", "out/a.####.png"), ("-o", "'out/a.####.png'", ".exr")),
-    (("render", "meadow", "-o", "out/####.####.exr"), ("-o", "####")),
-    (("render", "meadow", "-o", "out/"), ("-o", "'out/'", ".exr")),
-    (("render", "meadow", "-o", "here"), ("-o", "'here'", ".exr")),
     (("render", "meadow", "-o", "file/a.####.exr"), ("-o", "'file'", "written")),
-    (("render", "meadow", "-o", "new/" + "n" * 300 + "/a.####.exr"), ("-o", "written")),
     (("render", "meadow", "-o", "/proc/a.####.exr"), ("-o", "'/proc'", "written")),
     (("render", "meadow", "-o", "here/a.####.exr"), ("-o", "'here/a.0001.exr'", "--overwrite")),
     (("render", "meadow", "-o", "here/d.####.exr", "--overwrite"), ("'here/d.0001.exr'",)),
     # experiments and reports
     (("run", "scalling", "-o", "out"), ("EXPERIMENT", "'scalling'", "did you mean scaling?")),
-    (("run", "scaling"), ("'-o'",)),
     (("run", "-o", "out"), ("EXPERIMENT",)),
     (("run", "scaling", "--quick", "-o", "file/x"), ("-o", "'file/x'", "written")),
-    (("run", "law", "--preset", "none.toml", "-o", "out"), ("'none.toml'", "no such file")),
-    (("run", "law", "--preset", "misspelt.toml", "-o", "out"), ("misspelt.toml: camera.hieght",)),
     (
         ("run", "law", "--preset", "bare.toml", "-o", "out"),
         ("--preset", "'bare.toml'", "species", "[species.NAME]"),
@@ -140,8 +95,6 @@ CASES: list[tuple[tuple[str, ...], tuple[str, ...]]] = [
         ("--preset", "popping", "experiments that try presets: law, images, cost, methods"),
     ),
     (("report", "none"), ("DIR", "'none'", "lodbench run")),
-    (("report", "file"), ("DIR", "'file'")),
-    (("report", "here"), ("'here'", "record")),
     (("report", "spoilt"), ("spoilt", "record")),
 ]
 
@@ -152,15 +105,8 @@ def litter(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("in the way")
     (tmp_path / "here" / "d.0001.exr").mkdir(parents=True)
     (tmp_path / "here" / "a.0001.exr").write_text("a frame")
-    (tmp_path / "broken.toml").write_text("[camera]\nheight = \n")
-    (tmp_path / "nan.toml").write_text("[species.elk]\nmodel = 'tree'\ndensity = nan\n")
     (tmp_path / "misspelt.toml").write_text("[camera]\nhieght = 2\n")
-    key = "[[camera.keys]]\nframe = 5\nposition = [0, 0]\nheight = 2\ntarget = [0, 9, 2]\n"
-    (tmp_path / "flight.toml").write_text(key + key)
-    (tmp_path / "one_key.toml").write_text(key)
     (tmp_path / "bare.toml").write_text("[camera]\nheight = 2\n")
-    (tmp_path / "camra.toml").write_text("[camra]\nheight = 2\n")
-    (tmp_path / "latin.toml").write_bytes(b"about = '\xe9'")
     (tmp_path / "spoilt").mkdir()
     (tmp_path / "spoilt" / "scaling-0123456789abcdef.json").write_text('{"format": ')
 
@@ -221,7 +167,7 @@ def test_bad_input_is_one_clear_line(
 
 @pytest.mark.parametrize(
     ("preset", "least"),
-    [("crowd", "light.sun_elevation=1e-9"), ("crowd", "species.tree.density=1e-320")],
+    [("badlands", "light.sun_elevation=1e-9"), ("crowd", "species.tree.density=1e-320")],
 )
 def test_the_least_that_is_allowed_is_counted(run: Run, preset: str, least: str) -> None:
     """A sun on the horizon, and a density of which the reciprocal is no number."""
@@ -241,22 +187,14 @@ def test_a_folder_without_permission_is_refused(run: Run, tmp_path: Path) -> Non
 @pytest.mark.parametrize(
     ("text", "frames"),
     [
-        ("1", (1,)),
-        ("1-4", (1, 2, 3, 4)),
         ("9, 1,5", (1, 5, 9)),
         ("1-3,2-5", (1, 2, 3, 4, 5)),
-        ("7-7", (7,)),
         ("1-40x10", (1, 11, 21, 31)),
         ("3-9x3, 4", (3, 4, 6, 9)),
     ],
 )
 def test_frames_are_numbers_each_once(text: str, frames: tuple[int, ...]) -> None:
     assert frame_numbers(text) == frames
-
-
-def test_a_pattern_becomes_a_path() -> None:
-    assert frame_path("out/a.####.exr", 7) == Path("out/a.0007.exr")
-    assert frame_path("####.exr", 12345) == Path("12345.exr")
 
 
 def test_memory_sizes():

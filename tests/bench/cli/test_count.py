@@ -48,12 +48,6 @@ def test_what_has_no_law_is_null(capfd: pytest.CaptureFixture[str]) -> None:
     assert data["parts"]["predicted_sd"] is None
 
 
-def test_flags_reach_the_count(capfd: pytest.CaptureFixture[str]) -> None:
-    data = json.loads(counted(capfd, "--json", "--density", "child=0", "--detail", "4"))
-    assert data["detail"] == 4
-    assert set(data["by_species"]) == {"adult"}
-
-
 def test_haze_and_eye_show_less_and_the_law_knows(capfd: pytest.CaptureFixture[str]) -> None:
     """Flat ground, fog: what is left is what is predicted, within 4 standard deviations."""
     fog = ("--json", "--visibility", "300m", "--density", "adult=0.05")
@@ -71,12 +65,3 @@ def test_haze_and_eye_show_less_and_the_law_knows(capfd: pytest.CaptureFixture[s
     assert objects[0] > 1.5 * objects[1] >= 1.5 * objects[2]
     assert found["aware"]["m"] == found["blind"]["m"]
     assert found["eye"]["m"] == pytest.approx(2.35 * found["blind"]["m"], rel=0.01)
-
-
-def test_frames_differ_and_repeat(capfd: pytest.CaptureFixture[str]) -> None:
-    def parts(frame: str) -> int:
-        out = counted(capfd, "--json", "--frame", frame, "-D", "camera.speed=500")
-        examined: int = json.loads(out)["parts"]["examined"]
-        return examined
-
-    assert parts("1") == parts("1") != parts("24")

@@ -42,17 +42,6 @@ def test_a_shown_preset_can_be_edited_and_used(
     assert preset == load_preset("meadow", ["render.size=40x30", "camera.height=3.0"])
 
 
-@pytest.mark.parametrize("words", [("list", "--keys", "nosuch"), ("show", "nosuch")])
-def test_an_unknown_preset_is_refused(words: tuple[str, ...]) -> None:
-    assert run(*words) == 2
-
-
-@pytest.mark.parametrize("words", [("-h",), ("show", "-h"), ("render", "-h")])
-def test_help_has_a_short_flag(words: tuple[str, ...], capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(*words) == 0
-    assert capsys.readouterr().out.startswith("Usage: lodbench")
-
-
 def test_help_keeps_its_short_flag_after_frames(capsys: pytest.CaptureFixture[str]) -> None:
     """`frames` parses the words of `render` itself; a command keeps the names it first gets."""
     from bench.cli.commands.render import command as render

@@ -126,16 +126,6 @@ def test_actors_are_estimated_before_they_act(
     assert [each.name for each in tmp_path.iterdir()] == ["throng.toml"]
 
 
-def test_no_limit_lets_any_actors_begin(
-    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    (tmp_path / "throng.toml").write_text(THRONG)
-    monkeypatch.setattr(cast, "preset_roles", began)
-    many = ("--max-memory", "0", *OVER["actors"])
-    code, _, err = run("act", "throng.toml", *ACTING["act"], *many)
-    assert code == 1 and "it began" in err
-
-
 def test_a_repair_estimates_the_actors_of_its_frames(
     run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

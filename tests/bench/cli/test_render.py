@@ -76,20 +76,6 @@ def test_the_extra_brings_its_own_ffmpeg(
     assert (tmp_path / "out" / "a.mp4").read_bytes()[4:8] == b"ftyp"
 
 
-def test_a_preview_is_a_sheet_and_a_film(
-    render: Render, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    ffmpeg = tmp_path / "bin" / "ffmpeg"
-    ffmpeg.parent.mkdir()
-    ffmpeg.write_text('#!/bin/sh\nfor last; do :; done\nexec /bin/cat > "$last"\n')
-    ffmpeg.chmod(0o755)
-    only_on_path(monkeypatch, str(ffmpeg.parent))
-    _, (*_, end), err = render("--frames", "1-2", "--preview")
-    assert end["previews"] == ["out/a.png", "out/a.mp4"], err
-    assert (tmp_path / "out" / "a.png").read_bytes().startswith(b"\x89PNG")
-    assert (tmp_path / "out" / "a.mp4").stat().st_size == 2 * 16 * 10 * 3  # 9 rows made even
-
-
 def test_without_ffmpeg_the_sheet_is_all(render: Render, monkeypatch: pytest.MonkeyPatch) -> None:
     only_on_path(monkeypatch, "")
     _, (*_, end), _ = render("--frames", "1-2", "--preview")

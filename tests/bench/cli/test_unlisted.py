@@ -214,7 +214,3 @@ def test_a_model_of_any_exporter_is_read(tmp_path: Path) -> None:
     header["buffers"][0]["uri"] = "a%20b.bin"
     (tmp_path / "a.gltf").write_text(json.dumps(header), encoding="utf-8-sig")
     assert read_model(tmp_path / "a.gltf").digest == read_model(tmp_path / "a.GLB").digest
-
-
-def test_a_rate_of_television_is_read() -> None:
-    assert load_preset("crowd", ["camera.fps=30000/1001"]).camera.fps == pytest.approx(29.97003)

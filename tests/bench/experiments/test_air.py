@@ -3,23 +3,8 @@
 import numpy as np
 import pytest
 
-from bench.experiments.air import EXPERIMENT, SKY, delta_e, order
-from bench.records.records import Column, Point, columns
-from lod.air import Air, rgb_extinction
-
-
-def targets(way="jit", factor=1.0, visibility=5e3):
-    """A point whose air is ``factor`` times as thick as it says."""
-    step, albedo = order(0)
-    through = np.exp(-factor * rgb_extinction(Air(visibility)) * visibility * step[:, None] / 20)
-    seen = np.where(albedo == 1, 0.5, 0.0)[:, None] * through + 0.2 * (1 - through)
-    samples = list(columns({"step": step.tolist(), "grey": albedo.tolist()}))
-    for k, band in enumerate("rgb"):
-        target = np.rint(1e9 * seen[:, k]).astype(int).tolist()
-        samples.append(Column("target", target, {"band": band}))
-        samples.append(Column("beyond", [200_000_000] * len(step), {"band": band}))
-    case = {"topic": "air", "what": "targets", "way": way, "visibility": visibility}
-    return Point(case, samples=tuple(samples))
+from bench.experiments.air import EXPERIMENT, SKY, delta_e
+from bench.records.records import Point, columns
 
 
 def band(analytic, delta, low=100.0, pixels=50):
@@ -30,16 +15,6 @@ def band(analytic, delta, low=100.0, pixels=50):
 
 def verdicts(*points):
     return {claim.name: claim.verdict for claim in EXPERIMENT.judged(points)}
-
-
-def test_right_air_holds_and_thicker_air_is_refuted():
-    black, grey = (f"v_at_550_nm_over_true_v/jit/{k}_targets/5_km" for k in ("black", "grey"))
-    right = verdicts(targets(), targets(visibility=1e3))
-    assert right[black] == right[grey] == right["beta_over_true_beta/jit/blue"] == "holds"
-    wrong = verdicts(targets(factor=1.05), targets(factor=1.05, visibility=1e3))
-    assert wrong[black] == wrong["beta_over_true_beta/jit/red"] == "refuted"
-    loose = verdicts(targets("medium", 1.02), targets("medium", 1.02, 1e3))
-    assert loose[black.replace("jit", "medium")] == "holds"
 
 
 def test_bands_are_judged_against_the_medium_and_two_units_of_colour():

@@ -155,21 +155,6 @@ def test_worlds_beyond_the_limit_are_judged(change, refuted):
         assert saved.measured == pytest.approx(8.5, rel=0.02)
 
 
-def command(words, turns, ratio, traced=0):
-    case = {"topic": "start", "command": words, "kept": "warm"}
-    us = {"imports_us": [1000] * turns, "trace_us": [traced] * turns, "command_cpu_us": [1] * turns}
-    took = [round(ratio * (1000 + traced)) + k for k in range(turns)]
-    return Point(case, samples=columns({**us, "command_us": took}))
-
-
-def test_a_warm_command_is_held_against_its_imports_and_its_trace():
-    """At most twice the imports, and one and a half times imports and trace."""
-    counting, frame = EXPERIMENT.judged((command("count", 9, 1.8), command("render", 9, 1.8, 4000)))
-    assert (counting.verdict, frame.verdict) == ("holds", "refuted")
-    assert counting.measured == pytest.approx(1.8, rel=0.01) == frame.measured
-    assert EXPERIMENT.judged((command("count", 2, 1.8),)) == ()
-
-
 def test_scalar_code_is_held_against_the_jit_variant_turn_by_turn():
     def frame(variant, times):
         case = {"topic": "variants", "command": "render", "kept": "warm", "variant": variant}

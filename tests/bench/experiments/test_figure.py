@@ -29,7 +29,6 @@ from bench.experiments.figure import (
     measure_curve,
     object_of,
     rank_correlation,
-    sized,
     tables,
 )
 from bench.posing import posing_times
@@ -56,13 +55,6 @@ def chance(seed):
 
 
 # The curves
-
-
-def test_every_kind_has_every_metric_and_the_person_is_exaggerated_too():
-    pairs = {(c.kind, c.metric) for c in CURVES if c.detail == 1}
-    assert pairs == {(kind, metric) for kind in EVERYTHING for metric in METRICS}
-    assert {c.metric for c in CURVES if c.kind == PERSON and c.detail > 1} == set(METRICS)
-    assert len(CURVES) == len(set(CURVES)) == 21
 
 
 @pytest.mark.parametrize("curve", CURVES, ids=str)
@@ -101,16 +93,6 @@ def test_counts_are_those_of_the_pruner_on_the_posed_object(kind, metric):
             assert found[row, pose] == cut.displayed_parts
 
 
-def test_poses_are_the_same_for_every_metric_and_differ_by_seed():
-    curve = Curve("rabbit", "blake", 16.0)  # so near that poses matter
-    far = curve.distances(12)
-    one = count(curve, 15, far, 0)
-    assert np.array_equal(one, count(curve, 15, far, 0))
-    assert not np.array_equal(one, count(curve, 15, far, 1))
-    # Fewer parts pass the stricter test of the same pose at the same place.
-    assert (count(Curve("rabbit", "solid_angle", 16.0), 15, far, 0) <= one).all()
-
-
 # The fits
 
 
@@ -129,13 +111,6 @@ def test_a_known_exponent_is_recovered_within_its_interval(power):
     found = exponent(counts, far, counts > 0, chance(0))
     assert found.low < power < found.high
     assert found.high - found.low < 0.05
-
-
-def test_the_exponent_is_that_of_least_squares():
-    far, counts = made_up(-0.7, poses=9)
-    chosen = (counts > 2000) & (counts < 20_000)
-    by_numpy = np.polyfit(np.log(far[chosen]), np.log(counts[chosen]), 1)[0]
-    assert exponent(counts, far, chosen, chance(0)).value == pytest.approx(by_numpy, rel=1e-10)
 
 
 def test_the_bootstrap_covers():
@@ -228,18 +203,6 @@ def verdicts(*points, ratio=0.9):
     return {c.name: c.verdict for c in EXPERIMENT.judged((*points, posed(ratio)))}
 
 
-def test_each_reading_counts_over_its_own_distances():
-    far = np.array([[1.0], [2.0], [4.0], [8.0], [16.0]])
-    counts = np.array([[9], [9], [5], [1], [0]])
-    curve = Counted(PERSON, "blake", 1.0, parts=9, fits=2.0, distances=far, counts=counts)
-    kept = {name: np.flatnonzero(chosen).tolist() for name, chosen in curve.readings().items()}
-    assert kept == {
-        "1 < parts < all": [2],
-        "all in the picture": [1, 2, 3],
-        "visible": [0, 1, 2, 3],
-    }
-
-
 def test_a_true_square_root_holds_and_others_are_refuted():
     name = "exponent_of_parts_displayed_against_distance/blake/rabbit/1_parts_all"
     assert verdicts(*planted(-0.5))[name] == "holds"
@@ -258,12 +221,6 @@ def test_sizes_that_fall_hold_and_those_that_grow_are_refuted():
     good, bad = verdicts(levels(falling)), verdicts(levels(falling[::-1]))
     for name in (f"{RANK}/rabbit", f"{NO_SMALLER}/rabbit"):
         assert (good[name], bad[name]) == ("holds", "refuted")
-
-
-def test_cheaper_holds_and_more_expensive_is_refuted():
-    name = "processor_time_quaternions_over_matrices/person/composing"
-    assert verdicts(ratio=0.9)[name] == "holds"
-    assert verdicts(ratio=1.1)[name] == "refuted"
 
 
 # From end to end
@@ -291,13 +248,3 @@ def test_every_kind_is_claimed_alike_and_every_reading_has_its_row(record):
     ((_, (heads, rows)),) = tables(record)
     assert len(rows) == sum(len(c.readings()) for c in counted(record.points)) == 33
     assert {len(row) for row in rows} == {len(heads)}
-
-
-def test_the_record_holds_every_part(record):
-    tables = sized(record.points)
-    assert set(tables) == set(EVERYTHING)
-    for kind, found in tables.items():
-        tree = object_of(kind).hierarchy
-        assert np.array_equal(found["level"], tree.level)
-        assert np.abs(found["P_um"] / 1e6 - tree.P).max() < 1e-6
-        assert np.array_equal(found["whole"], tree.parent)

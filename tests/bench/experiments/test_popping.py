@@ -1,7 +1,6 @@
 """What switches is what plane geometry says, and verdicts follow from counts."""
 
 import math
-import re
 from dataclasses import replace
 from itertools import pairwise
 
@@ -19,12 +18,10 @@ from bench.experiments.popping import (
     measure_steps,
 )
 from bench.motion_residual import frames_of, popped
-from bench.records.provenance import provenance
-from bench.records.records import Column, Point, Record, columns, merge_points, predictions
+from bench.records.records import Column, Point, columns, predictions
 from scenes.presets.load import load_preset
 from scenes.render.variants import choose
 from scenes.scene import Scene
-from tests.bench.edited import svg_of
 
 
 def test_area_in_one_disc_only():
@@ -85,17 +82,6 @@ def test_verdicts_follow_from_counts():
     assert verdicts(shipped(0.03, popped=1), clipped()) == ["refuted", "holds", "holds"]
     assert verdicts(shipped(0.12), clipped()) == ["holds", "refuted", "refuted"]
     assert verdicts(shipped(0.05), clipped())[1] == "inconclusive"
-
-
-def test_every_topic_is_plotted():
-    halves = [each for first in (2, 10) for each in (shipped(0.03, 1, first), clipped(first))]
-    points = merge_points([*switches_and_walks(), *halves])
-    made = Record("popping", 1, True, "", provenance("", 0), points, EXPERIMENT.judged(points), {})
-    plots = EXPERIMENT.plots(made)
-    assert [each.name for each in plots] == ["popping", "popping-shipped-forest"]
-    assert not any(re.search(r"\bnan\b", svg_of(plot)) for plot in plots)
-    (shown,) = plots[1].drawings
-    assert list(shown.panel.drawn[0].x) == list(range(2, 18)) and len(shown.panel.drawn) == 3
 
 
 STOP = (

@@ -10,7 +10,6 @@ from bench import motion_cuts, part_sizes
 from bench.experiments.viewing import (
     EXPERIMENT,
     VIEWERS,
-    haze_views,
     measure_eye,
     measure_haze,
     one_sided_excess_flip,
@@ -24,11 +23,9 @@ from bench.lens_cuts import (
     measure_lens_pictures,
 )
 from bench.motion_cuts import BARE, FAST, Move, displayed_parts, measure_pictures
-from bench.part_sizes import SIZES, part_counts, predicted_parts, prototypes_with
+from bench.part_sizes import SIZES, part_counts, predicted_parts
 from bench.records.records import Column, Point, columns, merge_points
 from bench.statistics.estimates import two_sided_share
-from lod.errors import InputError
-from lod.eye import CONTRAST_CLASSES
 from scenes.presets.load import load_preset
 from scenes.render.variants import choose
 from scenes.scene import Scene
@@ -57,14 +54,6 @@ def verdicts(record):
     return {claim.name: claim.verdict for claim in record.claims}
 
 
-def test_a_share_by_hand():
-    found = two_sided_share(np.array([1.0, 3.0]), np.array([4.0, 4.0]))
-    assert found.value == 0.5
-    assert found.standard_error == pytest.approx(np.std([1 - 2, 3 - 2], ddof=1) / 2**0.5 / 4)
-    assert (found.low, found.high) == (0.0, 1.0)
-    assert two_sided_share(np.zeros(3), np.zeros(3)).value == 0.0
-
-
 def test_the_interval_of_a_share_covers_it_as_often_as_it_says():
     """Clumped fields, 12 of them: 92 to 98 of 100 intervals hold the truth."""
     rng = np.random.default_rng(1)
@@ -75,23 +64,6 @@ def test_the_interval_of_a_share_covers_it_as_often_as_it_says():
         found = two_sided_share((out_of * kept).sum(axis=1), out_of.sum(axis=1))
         hits += found.low <= 0.3 <= found.high
     assert 920 <= hits <= 980
-
-
-@pytest.mark.parametrize(
-    ("counts", "out_of"), [([1.0], [2.0]), ([3.0, 1.0], [2.0, 2.0]), ([-1.0, 1.0], [2.0, 2.0])]
-)
-def test_what_is_no_share_is_refused(counts, out_of):
-    with pytest.raises(InputError, match="share"):
-        two_sided_share(np.array(counts), np.array(out_of))
-
-
-@pytest.mark.parametrize("viewer", ["nobody", "eye"])
-def test_haze_is_compared_at_one_detail_angle(viewer):
-    hazy, clear = haze_views(viewer, 1920, 2e3)
-    assert hazy.m == clear.m
-    assert (clear.m > 2 * clear.camera.pixel_angle) == (viewer == "eye")
-    assert clear.conditions.extinction == 0 < hazy.conditions.extinction
-    assert clear.camera.width == 1920
 
 
 KEPT = "share_of_parts_that_haze_leaves_all_visibilities/figure/nobody/640_px"
@@ -119,14 +91,6 @@ def test_a_law_that_knows_no_haze_is_refuted(monkeypatch):
         [partial(measure_haze, "figure", "nobody", 640, 4, visibilities_m=(500.0, 2e3))], seed=0
     )
     assert verdicts(blinded)[KEPT] == "refuted"
-
-
-def test_every_part_can_be_given_one_contrast():
-    usual = prototypes_with("figure", None)
-    faint = prototypes_with("figure", 0.1)
-    for one, other in zip(usual, faint, strict=True):
-        assert (other.hierarchy.contrast == CONTRAST_CLASSES.index(0.1)).all()
-        assert (other.hierarchy.P == one.hierarchy.P).all()
 
 
 def test_blur_leaves_one_part_in_its_square_and_a_fine_display_more_than_contrast_does(eye):

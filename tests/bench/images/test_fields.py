@@ -14,20 +14,15 @@ from bench.images.differences import (
     reference_of,
     same_place,
 )
-from bench.images.equal_error import GRASS_ERROR, crossings, equal_error
+from bench.images.equal_error import crossings, equal_error
 from bench.images.fields import (
-    ALONE,
-    ALONE_OF,
     EDGES_M,
     EVERYTHING,
-    GRASS,
     GROUND,
     METRICS_TRIED,
     NOTHING,
     SPECIES,
     SUN_ELEVATIONS_DEG,
-    SWEPT,
-    VIEWS,
     Field,
     cases,
     displayed,
@@ -146,16 +141,6 @@ def test_where_the_error_comes_up_to_one_is_read_between_details():
     assert np.isnan(never).all()
 
 
-def test_grass_is_compared_at_a_coarser_error_and_by_the_metric_of_the_view():
-    points = [sweep("blake", d, 0.025 * d, round(1e5 / d**2), GRASS) for d in DETAILS]
-    assert equal_error(points, errors, GRASS_ERROR)["blake"].detail.value == pytest.approx(
-        2.0, rel=0.02
-    )
-    grass, other = (Field(view, 0, False, "9x9").preset(0).species for view in (GRASS, "aerial"))
-    assert grass["sward"].metric is None and grass["sward"].density > 10 and len(grass) == 1
-    assert other["sward"].density == 0 and len(other) == 3
-
-
 def verdicts(points):
     return {
         (c.estimand, *c.condition.values()): c.verdict for c in EXPERIMENT.judged(tuple(points))
@@ -206,21 +191,6 @@ def test_fields_have_suns_in_turn_and_full_runs_judge_what_nobody_looked_at():
     assert max(f.preset(5).seed for f in quick) <= BUILDING_SEEDS
     assert {f.prototype_seed for f in quick} == {PROTOTYPE_SEED}
     assert not {f.preset(0).seed for f in quick} & {f.preset(1).seed for f in quick}
-
-
-def test_half_of_the_fields_have_species_and_ground_alone_under_every_sun():
-    full = [c.args for c in cases(**FULL)]
-    ways = {(f.number, f.view): len(ways) for what, f, ways, *_ in full if what == "headline"}
-    assert len(ways) == 12 * len(VIEWS)
-    assert all(n == (4 if k % ALONE_OF < ALONE else 1) for (k, _), n in ways.items())
-    alone = [f for what, f, ways, *_ in full if what == "headline" and len(ways) == 4]
-    suns = [f.preset(0).light.sun_elevation for f in alone]
-    assert {suns.count(sun) for sun in SUN_ELEVATIONS_DEG} == {2 * len(VIEWS)}
-    assert {f.prototype_seed for f in alone} == {c[1].prototype_seed for c in full}
-    more = [c.args for c in cases(**FULL, metric="halfway")]
-    swept_ = [set(b[2]) - set(a[2]) for a, b in zip(full, more, strict=True) if a != b]
-    assert len(swept_) == 4 * len(SWEPT)
-    assert swept_[0] == {(SPECIES, "halfway", d) for d in DETAILS}
 
 
 @pytest.mark.slow

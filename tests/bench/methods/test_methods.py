@@ -168,11 +168,6 @@ def test_objects_that_are_dropped_leave_their_area_to_others(expected):
         assert (shown == 1).all()
 
 
-def test_objects_far_away_are_dropped(crowd):
-    near, far = (people(frame(crowd, "stochastic", setting)) for setting in (1e-6, 8.0))
-    assert 0 < far.cut.displayed_objects < 0.5 * near.cut.displayed_objects
-
-
 def test_all_methods_are_given_the_same_beside_themselves(crowd, monkeypatch):
     """Air, fading and what is off screen: without each of them every method with a knob differs."""
     plain = {name: _drawn(crowd, name) for name in ("blake", "discrete", "stochastic")}
@@ -187,13 +182,6 @@ def test_all_methods_are_given_the_same_beside_themselves(crowd, monkeypatch):
 def _drawn(scene, name):
     shape = people(frame(scene, name, 4.0)).shape
     return len(shape), float(shape.start_radius.sum())
-
-
-def test_bare_is_the_metric_alone(crowd):
-    """It has no coarser detail off screen, so that it displays what an eye all round would see."""
-    bare, blake = (people(frame(crowd, name, 4.0)) for name in ("bare", "blake"))
-    assert bare.cut.displayed_parts > blake.cut.displayed_parts
-    assert np.isin(bare.shape.tint, np.arange(len(bare.shape.tints))).all()
 
 
 def test_what_is_drawn_from_afar_is_drawn_from_near():

@@ -3,6 +3,7 @@
 import json
 import math
 import re
+from contextlib import ExitStack
 
 import numpy as np
 import pytest
@@ -12,9 +13,9 @@ from bench.observers.psychometric import GUESS, chance_correct
 from bench.observers.results import read_result
 
 
-@pytest.fixture(params=[(1280, 800), (3840, 2160)], ids=["1280", "3840"])
+@pytest.fixture
 def context(browser, request):
-    width, height = request.param
+    width, height = getattr(request, "param", (1280, 800))
     with browser.new_context(viewport={"width": width, "height": height}) as context:
         yield context
 
@@ -120,6 +121,7 @@ def test_who_stops_in_a_break_has_a_file(context, experiment, plan, tmp_path):
     assert visitor.wrong == []
 
 
+@pytest.mark.parametrize("context", [(1280, 800), (3840, 2160)], indirect=True)
 def test_nothing_keeps_anyone_out(context, experiment):
     from axe_playwright_python.sync_playwright import Axe
 
@@ -137,7 +139,7 @@ def test_nothing_keeps_anyone_out(context, experiment):
     assert [v["id"] for v in found if v["impact"] in ("serious", "critical")] == []
 
 
-@pytest.mark.parametrize("said", ["", "0", "1.5"])
+@pytest.mark.parametrize("said", ["0", "1.5"])
 def test_a_number_that_is_none_is_refused(context, experiment, said):
     visitor = Visitor(context, experiment)
     visitor.begin(said)
@@ -156,21 +158,28 @@ def simulated_answers(rng):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("context", [(1280, 800)], indirect=True)
-@pytest.mark.parametrize("observer", [1, 2, 3])
-def test_simulated_observers_finish_the_page(context, experiment, plan, tmp_path, observer):
-    rng = np.random.default_rng(observer)
-    visitor = Visitor(context, experiment)
-    visitor.begin(observer)
-    visitor.set_up()
-    choose = simulated_answers(rng)
-    while visitor.left():
-        visitor.answer(choose)
-    path = visitor.saved(tmp_path)
-    session = read_result(path, plan)
-    assert len(session.trials) == plan["block_trials"] and session.observer == observer
-    assert json.loads(path.read_text("utf-8"))["content"]["finished"]
-    assert visitor.wrong == []
+def test_simulated_observers_finish_the_page(browser, experiment, plan, tmp_path):
+    """Three at once, as each waits for its clips most of the time; pauses are a tenth as long."""
+    faster = "const later = setTimeout; setTimeout = (then, ms) => later(then, ms / 10);"
+    with ExitStack() as stack:
+        going = {}
+        for observer in (1, 2, 3):
+            context = browser.new_context(viewport={"width": 1280, "height": 800})
+            stack.enter_context(context).add_init_script(faster)
+            visitor = going[observer] = Visitor(context, experiment)
+            visitor.begin(observer)
+            visitor.set_up()
+        choices = {each: simulated_answers(np.random.default_rng(each)) for each in going}
+        while any(visitor.left() for visitor in going.values()):
+            for observer, visitor in going.items():
+                if visitor.left():
+                    visitor.answer(choices[observer])
+        for observer, visitor in going.items():
+            path = visitor.saved(tmp_path)
+            session = read_result(path, plan)
+            assert len(session.trials) == plan["block_trials"] and session.observer == observer
+            assert json.loads(path.read_text("utf-8"))["content"]["finished"]
+            assert visitor.wrong == []
 
 
 def test_the_staircase_is_that_of_questplus(browser, experiment):

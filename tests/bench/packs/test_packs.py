@@ -109,8 +109,6 @@ def test_a_hierarchy_reads_back_and_one_cut_short_is_refused(tmp_path: Path) -> 
         ([(0, 1), (4, 1)], "its owner is kept"),
         ([(0, 1), (6, 1)], "below 6"),
         ([(3, 1), (0, 1)], "numbers rise"),
-        ([(0, 1), (0, 1)], "numbers rise"),
-        ([(0, 0)], "above 0"),
         ([(0, math.nan)], "above 0"),
         ([(0, 2)], "does not thin out"),
         (None, "LODKEPT1"),

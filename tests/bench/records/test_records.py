@@ -19,7 +19,6 @@ from bench.records.records import (
     read_records,
     write_record,
 )
-from bench.report.document import summarise_verdicts, verified
 from bench.statistics.estimates import Estimate
 from lod.errors import InputError
 
@@ -117,15 +116,6 @@ def test_a_claim_holds_where_its_chance_is_at_most_a_twentieth(half, margin, rep
     assert wider.chance > made.chance
 
 
-def test_all_hold_says_how_many_do_together():
-    sure, close = a_claim(1.999, 2.001, replicates=30), a_claim(1.981, 2.019, replicates=30)
-    together = "at 5 % for all of them together, by Holm's correction"
-    assert summarise_verdicts([sure] * 3) == f"Yes: all 3 claims hold (3 {together})."
-    assert summarise_verdicts([sure, close, close]).startswith("Yes: all 3 claims hold (1 ")
-    assert verified([sure, close]).endswith(f"2 of 2 as predicted (2 {together}).")
-    assert "together" not in summarise_verdicts([sure]) + verified([sure, a_claim(1.9, 2.1)])
-
-
 def test_a_verdict_is_never_read_back():
     data = a_claim(1.99, 2.01).as_json()
     assert claim_from(data | {"verdict": "refuted"}).verdict == "holds"
@@ -178,14 +168,7 @@ def test_an_edited_record_is_refused(tmp_path, old, new):
         read_record(path)
 
 
-def test_a_record_that_names_another_hash_is_refused(tmp_path):
-    path = write_record(a_record(), tmp_path)
-    path.write_text(path.read_text().replace(a_record().sha256, "0" * 64))
-    with pytest.raises(InputError, match="SHA-256"):
-        read_record(path)
-
-
-@pytest.mark.parametrize("version", [1, 2, 3, None])
+@pytest.mark.parametrize("version", [3, None])
 def test_a_record_of_another_format_is_refused(tmp_path, version):
     path = write_record(a_record(), tmp_path)
     body = json.loads(path.read_text(encoding="utf-8"))
@@ -206,8 +189,6 @@ def test_a_renamed_record_is_refused(tmp_path):
     "text, rule",
     [
         ("{", "readable JSON"),
-        ("[]", "format"),
-        ('{"format": "other"}', "format"),
         ('{"format": "lodbench-record", "format_version": 99}', "version"),
     ],
 )
@@ -250,9 +231,3 @@ def test_provenance_names_the_machine_and_the_packages():
     assert here.cpu and here.platform and here.cores >= 1 and here.threads == 1
     assert {"numpy", "scipy", "statsmodels", "numba"} <= set(here.packages)
     assert here.commit is None or len(here.commit.removesuffix("+changes")) == 40
-
-
-def test_readable_text(tmp_path):
-    lines = write_record(a_record(), tmp_path).read_text().splitlines()
-    assert sum('"values": [3,4,' in line for line in lines) == 1
-    assert json.loads("\n".join(lines))["format"] == "lodbench-record"

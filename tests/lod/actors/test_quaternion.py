@@ -114,11 +114,8 @@ def test_unit_quaternions_stay_unit_and_without_renormalising_they_would_not():
     ("call", "named"),
     [
         (lambda: rotation((0, 0, 0), 40), "axis"),
-        (lambda: rotation((0, np.nan, 1), 40), "axis"),
-        (lambda: rotation(UP, np.inf), "angle"),
         (lambda: pure_quaternion((1, 2)), "three numbers"),
         (lambda: unit(Quaternion(0, 0, 0, 0)), "quaternion"),
-        (lambda: unit(Quaternion(0, 0, np.nan, 1)), "quaternion"),
     ],
 )
 def test_what_is_no_rotation_is_refused(call, named):

@@ -148,16 +148,6 @@ def standing(motion, phase):
     return np.flatnonzero(own <= motion.feet.duty).tolist()
 
 
-def test_names_on_the_way_may_be_left_out():
-    joe = Body("joe", someone("person"))
-    full = "torso/abdomen/chest/right arm/forearm/hand"
-    places = {r: joe.receive(ask(r, "position")).value for r in (full, "right arm/hand")}
-    assert len(set(places.values())) == 1
-    refused = joe.receive(ask("right leg/hand", "position"))
-    assert refused.who == "joe"
-    assert "nearest known route" in refused.why
-
-
 def test_a_guard_may_watch_modify_and_reject():
     joe, seen = Body("joe", someone("person")), []
 
@@ -208,13 +198,6 @@ def test_a_limb_that_is_asked_alone_is_where_all_limbs_say_it_is(first):
         assert posed[0] == posed[1]
         below = all_of_them.receive(ask("torso", "held")).value
         assert sorted(turn for _, turn in posed[0]) == sorted(turn for _, turn in below)
-
-
-def test_who_has_left_answers_nothing_of_its_limbs():
-    joe = Body("joe", someone("person"))
-    joe.receive(change("", "leave")).value  # noqa: B018
-    assert joe.receive(ask("", "posture")).value is None
-    assert joe.receive(ask("head", "position")) == Refusal("joe", "has left")
 
 
 @pytest.mark.parametrize("module", ["actors.acting", "world.cast"])

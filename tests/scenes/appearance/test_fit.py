@@ -18,7 +18,6 @@ import pytest
 from lod.shapes import StickTable
 from scenes.appearance.fit import GREATEST, fit_appearances, measure_overlap
 from scenes.appearance.visible_area import visible_areas
-from scenes.processes.progress import followed_by, work
 from scenes.sticks.areas import area_shares_at, directions, with_area_share
 from scenes.sticks.prototype import PartSticks
 from scenes.trees.species import tree_species
@@ -136,16 +135,6 @@ def test_chosen_shapes_stay_where_they_are_and_cover_what_they_hide(chosen):
     for level in (0, 1):
         ratios = [cover(cut(chosen, fitted, level, v[2]), v) / cover(full, v) for v in views]
         assert np.mean(ratios) == pytest.approx(1, abs=0.06)
-
-
-def test_a_fit_is_told_of_when_it_is_made_and_not_when_it_was_kept(bush, tmp_path, monkeypatch):
-    monkeypatch.setenv("LODBENCH_CACHE", str(tmp_path))
-    told = []
-    with followed_by(lambda *each: told.append(each)), work("fits", 2):
-        fit_appearances(bush)
-        assert told == [("fits", 1.0, 2)]
-        fit_appearances(bush)
-        assert told == [("fits", 1.0, 2)]
 
 
 ROOT = Path(__file__).resolve().parents[3]

@@ -13,7 +13,6 @@ from tests.tools.leaf_appearances import (
     OTHERS,
     UNSEEN,
     Case,
-    Judged,
     cases,
     lone_object,
     markdown,
@@ -55,10 +54,3 @@ def test_the_page_has_the_table_of_the_record():
     root = Path(__file__).resolve().parents[3]
     text = (root / "docs" / "appearance.md").read_text(encoding="utf-8")
     assert markdown(read_findings(root / "results" / "appearance" / "judged.json")) in text
-
-
-def test_limits_are_those_that_the_page_names():
-    held = Judged("tree", 1, 2, (1.04, 1.04, 0.98), (1.029, 0.971))
-    assert held.within and held.worst == 1.04
-    for change in ({"covers": (1.16, 0.9)}, {"covers": (1.06,)}, {"radiances": (0.969,)}):
-        assert not replace(held, **change).within

@@ -7,7 +7,7 @@ from lod.shapes import StickTable
 from scenes.appearance.visible_area import visible_areas
 from scenes.sticks.areas import areas_of_parts, directions, outline_area
 
-X, Z = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
+X = np.array([1.0, 0.0, 0.0])
 
 
 def table(rows):

@@ -134,10 +134,6 @@ def test_a_map_is_read_with_its_licence(tmp_path):
     [
         ("# window: 0 10 0 20\n1,2\n3,4\n", "licence"),
         (HEAD + "1,2\n3,21\n", "all in the window"),
-        (HEAD + "1,2\n3,nan\n", "all in the window"),
-        (HEAD + "1,2\n3,b\n", "numbers x,y"),
-        (HEAD, "two or more"),
-        ("# licence: CC0\n1,2\n3,4\n", "window"),
         (None, "can be read"),
     ],
 )

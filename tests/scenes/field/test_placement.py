@@ -19,7 +19,6 @@ from lod.view import View
 from scenes.appearance.sky import sky_at
 from scenes.field.far_cover import AggregateCover
 from scenes.field.species_field import Habitat, Placed, Species, SpeciesField
-from scenes.figures.animal_file import animal
 from scenes.ground.mesh import Terrain
 from scenes.models.catalogue import at_rest, people
 from scenes.models.stone import boulder_prototypes
@@ -104,16 +103,6 @@ def test_it_is_as_exact_far_from_the_origin(cell, x, y, eye):
     for axis, cells in ((0, corner.x), (1, corner.y)):
         exact = Fraction(place[axis]) - Fraction(GRID_M) * cells
         assert abs(Fraction(float(found[axis])) - exact) < Fraction(1, 10**9)
-
-
-def test_it_moves_on_the_spot_in_time_with_its_motion():
-    it = animal("rabbit")
-    hare = Placed("hare", it, 1.0, 2.0, 0.0, Ground())
-    times = (0.0, 0.3 * it.motion.period, it.motion.period)
-    (_, a), (_, b), (_, c) = (displayed(hare, view_from(0.0, 2.0, 0.5, t)) for t in times)
-    assert not np.allclose(a.start, b.start, atol=1e-3)
-    assert np.allclose(a.start, c.start, atol=1e-12)
-    assert np.array_equal(*(origin_of(hare, view_from(0, 2, 0.5, t)) for t in times[:2]))
 
 
 GROUND = Terrain(3, 20.0, 256.0, 0.9, reach=500.0)

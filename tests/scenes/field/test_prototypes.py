@@ -37,20 +37,6 @@ def test_runs_do_not_show(monkeypatch, part_tables, shortest):
         assert alone.tobytes() == shared.tobytes() and alone.dtype == shared.dtype
 
 
-def test_sticks_are_those_of_both_appearances_in_order(part_tables):
-    rows = np.random.default_rng(6).integers(0, len(part_tables.level), 60)
-    weights, first = looked_at(len(rows)), part_tables.sticks.first
-    shown = [
-        (number, stick)
-        for number, row in enumerate(rows.tolist())
-        for side, share in enumerate((weights.inner[number], weights.leaf[number]))
-        if share > 0
-        for stick in range(first[2 * row + side], first[2 * row + side + 1])
-    ]
-    found = part_tables.sticks_of(rows, weights)
-    assert list(zip(found.owner.tolist(), found.stick.tolist(), strict=True)) == shown
-
-
 def test_leaf_appearances_show_more_where_they_and_their_parts_lie_in_one_another():
     grown = tree_prototypes(3, 1, tree_species("birch"))[0]
     tree = rigged(replace(grown, view_dependence=ViewDependence()))

@@ -7,8 +7,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lod.pruner import Parts, blend_weights, displayed, prune, prune_by_level
-from lod.view import compile_view, distance, distance_to, in_view, is_displayed, sphere_in_frustum
+from lod.pruner import blend_weights, prune, prune_by_level
 from scenes.presets.load import load_preset
 from scenes.scene import Scene
 
@@ -106,33 +105,3 @@ def test_small_buffers_are_joined_in_order(monkeypatch):
     parted = prune(field, view)
     for name in ("object", "part", "parent", "level"):
         assert np.array_equal(getattr(whole, name), getattr(parted, name))
-
-
-@given(seed=st.integers(0, 2**32 - 1), look_around=st.booleans(), along=st.booleans())
-def test_the_compiled_comparison_is_the_readable_one(seed, look_around, along):
-    chance = np.random.default_rng(seed)
-    metric = "depth" if along else "blake"
-    keys = [f"view.look_around={str(look_around and not along).lower()}", f"view.metric={metric}"]
-    _, view = seen_in("meadow", *keys, "camera.pitch=-20", "camera.fov=70", frame=3)
-    n = 50
-    position = view.camera.eye + chance.normal(0, 30, (n, 3))
-    limit = chance.uniform(0, 60, n)
-    zero = np.zeros(n, np.int64)
-    share = np.ones(n)
-    bound, outside = chance.exponential(5, n), limit * chance.uniform(0, 1, n)
-    parts = Parts(position, position, bound, limit, outside, zero, zero, zero, zero, share)
-    vantage = compile_view(view)
-    rows = [(*p, b, d, o) for p, b, d, o in zip(position, bound, limit, outside, strict=True)]
-    assert [is_displayed(vantage, *row) for row in rows] == displayed(parts, view).tolist()
-    assert [distance_to(vantage, *row[:3]) for row in rows] == distance(view, position).tolist()
-    assert [sphere_in_frustum(vantage, *row[:4]) for row in rows] == in_view(
-        view, position, bound
-    ).tolist()
-
-
-def test_hardly_anything_beyond_its_limit_is_posed():
-    """Places and prototypes alone turn away most of what no walk would keep."""
-    world, view = seen_in("crowd", "render.size=200x100", frame=9)
-    cut = prune(world.fields[0], view)
-    left, shown = len(cut.parts.state), cut.displayed_objects
-    assert shown <= left < 0.85 * cut.examined_objects

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from lod import law
 from lod.camera import GRID_M, Corner, camera_from_heading, split_position
 from lod.metric import METRICS
-from lod.pruner import blend_weights, prune
+from lod.pruner import prune
 from lod.view import View
 from scenes.field.species_field import (
     MIN_STRIDE_FACTOR,
@@ -202,23 +202,6 @@ def test_walkers_far_from_home_are_found():
     away = {key for key, *_ in found if homes[key] > limit + 2}
     assert len(away) >= 3
     assert max(homes[key] for key in away) > limit + 20
-
-
-def test_a_frame_is_the_same_whenever_it_is_asked_for():
-    field, view = world_from(5, "blake", HILLY)
-    fresh = SpeciesField(field.species, field.seed, field.ground, field.extent)
-
-    def drawn(where, time):
-        at = View(view.camera, view.metric, 0.05, 1.0, look_around=True, time_s=time)
-        cut = prune(where, at)
-        sticks = where.appearance(cut.parts, blend_weights(cut, at))
-        assert len(sticks)
-        return [a.tobytes() for a in (cut.parts.position, sticks.start, sticks.end, sticks.owner)]
-
-    times = (0.0, 1 / 24, 12.5, 1e4, 3.0)
-    first = {t: drawn(field, t) for t in times}
-    assert all(drawn(fresh, t) == first[t] for t in reversed(times))
-    assert len({tuple(bytes_) for bytes_ in first.values()}) == len(times)
 
 
 @pytest.mark.parametrize("kind", ["people", "herd"])

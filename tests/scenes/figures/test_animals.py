@@ -6,19 +6,9 @@ import pytest
 from lod.errors import InputError
 from scenes.figures.anatomy import Build, build_prototype
 from scenes.figures.animal_file import AnimalFile, animal, animal_tables, load_animal
-from scenes.model_files import animal_names
 from scenes.rig.rig import to_euler
 from tests.scenes.figures.contact_errors import lowest_heights, sample_cycle
 from tests.scenes.figures.motion_phase import motion_at
-
-
-@pytest.mark.parametrize("name", animal_names())
-def test_no_joint_goes_beyond_its_limits(name):
-    it = animal(name)
-    seen = sample_cycle(it)
-    assert it.rig.limit_excess(seen.rotations).max() < 1e-6
-    assert np.all(it.motion.shift >= it.rig.shift_low - 1e-12)
-    assert np.all(it.motion.shift <= it.rig.shift_high + 1e-12)
 
 
 @pytest.mark.parametrize("name", ["giraffe", "ostrich", "insect"])
@@ -129,50 +119,20 @@ def test_a_file_becomes_anatomy_build_and_gait(tmp_path):
     assert it.gait.legs[0].apart == 0.5
 
 
-CORE = '[{ joint = "%s", start = [0, 0, 0], end = [0, 0, 1], radii = [1, 1], material = "mean" }]'
-
-
-def test_the_core_of_the_trunk_rides_on_joints_of_either_side(tmp_path):
-    text = BIRD.replace("level = 0\n", f"level = 0\ncore = {CORE % 'right hip'}\n")
-    assert [rod.joint for rod in tables(tmp_path, text).parts["bird"].core] == ["right hip"]
-    with pytest.raises(InputError, match=r"parts.bird.core\[0\].joint"):
-        tables(tmp_path, text.replace("right hip", "hind hip"))
-
-
 @pytest.mark.parametrize(
     ("old", "new", "where"),
     [
         ("height = 0.4", "height = 0", "bird.toml: height"),
-        ("height = 0.4", "height = nan", "bird.toml: height"),
-        ("height = 0.4", "height = '1'", "bird.toml: height"),
         ("height = 0.4", "height = ", "bird.toml"),
-        ("feather = [0.1,", "feather = [1.1,", "bird.toml: materials.feather[0]"),
         ("hinge = [-10, 60]", "hinge = [-10, 60], free = [1, 1, 1]", "bird.toml: joints.neck"),
         ("radii = [0.4, 0.3]", "radii = [0.4, 0]", "bird.toml: parts.bird.body[0].radii[1]"),
-        ("radii = [0.4, 0.3]", "radius = 0.4", "bird.toml: parts.bird.body[0].radius"),
         ('parent = "trunk", at = [1', 'parent = "knee", at = [1', "bird.toml: joints.neck.parent"),
         (
             'whole = "bird"\nlevel = 1\njoint = "neck"',
             'level = 1\njoint = "neck"',
             "parts.head.whole",
         ),
-        ('joint = "neck"\n', 'joint = "nick"\n', "parts.head.joint"),
-        ('joint = "ankle", start', 'joint = "uncle", start', "side_parts.leg.body[0].joint"),
-        ('material = "mean"', 'material = "men"', "side_parts.leg.body[0].material"),
         ('knee = "knee"', 'knee = "neck"', "bird.toml: gait.legs[0].knee"),
-        ('ankle = "ankle"', 'ankle = "ankle"\nbounce = 1', "bird.toml: gait.legs[0].bounce"),
-        ("froude = 0.1", "frude = 0.1", "bird.toml: gait.frude"),
-        (
-            "froude = 0.1",
-            'waves = [{ joint = "tail", axis = "z", amplitude = 1 }]',
-            "bird.toml: gait.waves[0].joint",
-        ),
-        (
-            "froude = 0.1",
-            'waves = [{ joint = "neck", axis = "w", amplitude = 1 }]',
-            "bird.toml: gait.waves[0].axis",
-        ),
-        ("froude = 0.1", 'spins = [{ joint = "", axis = "x", rounds = 1 }]', "gait.spins[0].joint"),
     ],
 )
 def test_a_mistake_is_answered_with_its_key(tmp_path, old, new, where):

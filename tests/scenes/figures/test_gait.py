@@ -11,9 +11,9 @@ from scenes.figures.animal_file import animal, people_at_rest, walking_gait, wal
 from scenes.figures.gait import heel_and_ball, make_motion
 from scenes.rig.foot_placement import Placements, place_on_ground
 from scenes.rig.pose import PoseTables, pose_points
-from scenes.rig.rig import from_euler, to_euler
+from scenes.rig.rig import to_euler
 from tests.scenes.figures.contact_errors import sample_cycle
-from tests.scenes.figures.motion_phase import motion_at, slerp
+from tests.scenes.figures.motion_phase import motion_at
 
 
 def someone(child=False):
@@ -55,22 +55,11 @@ def test_the_cycle_closes_smoothly():
     assert np.abs(speed).max() < 4.0
 
 
-def test_speed_times_time_is_what_the_feet_say():
-    who = walking_people((someone(),), 0)[0]
-    motion, row = who.motion, who.rig.row("left ankle")
-    times = np.linspace(0.15, 0.30, 7) * motion.period  # in mid-stance, sole flat
-    path = [
-        motion.speed * t + who.rig.frames(*motion_at(motion, float(t / motion.period)))[0][row, 0]
-        for t in times
-    ]
-    assert np.ptp(path) < 0.002
-
-
 def test_people_walk_as_fast_as_people_do():
     """The mean over adults and their strides is within what 41 studies found (Bohannon & Andrews
     2011: means of 1.24 to 1.43 m/s by sex and decade, up to 69 years); nobody dawdles or runs.
     """
-    adults = walking_people(people_at_rest(0, 24, 0.0), 0)
+    adults = walking_people(people_at_rest(0, 8, 0.0), 0)
     stride, period = stride_factors(np.linspace(0, 1, 33))
     speeds = np.array([who.motion.speed for who in adults])[:, None] * (stride / period)
     assert 1.24 < speeds.mean() < 1.43
@@ -142,17 +131,6 @@ def test_a_walker_on_its_circle_skates_by_less_than_two_centimetres():
     assert np.linalg.norm(feet[:, None] - feet[None], axis=-1).max() < 0.02
 
 
-def test_everyone_has_a_stride_of_their_own():
-    u = np.linspace(0, 1, 11)
-    stride, period = stride_factors(u)
-    assert stride[0] == MIN_STRIDE_FACTOR
-    assert stride[-1] == period[-1] == 1
-    assert np.all(np.diff(stride) > 0)
-    assert np.all(np.diff(period) < 0)  # shorter steps are quicker ones
-    froude = (stride / period) ** 2
-    assert np.allclose(stride, froude**0.3)  # Alexander's rule, as gaits are made by
-
-
 @pytest.mark.parametrize("name", ["person", "child", "rabbit", "giraffe", "ostrich", "insect"])
 def test_no_ground_and_no_stride_exceed_R_or_B(name):
     """On ground rougher than any: every height drawn by itself."""
@@ -188,10 +166,3 @@ def test_no_ground_and_no_stride_exceed_R_or_B(name):
                 keep = h.parent[part] >= 0
                 at, radius, part = at[:, keep], radius[keep], h.parent[part[keep]]
                 steps += 1
-
-
-def test_slerp_is_even_and_takes_the_short_way():
-    a, b = from_euler(np.zeros((1, 3))), from_euler(np.array([[0.0, 0.0, 80.0]]))
-    for share in (0.0, 0.25, 0.5, 1.0):
-        for end in (b, -b):
-            assert to_euler(slerp(a, end, share))[0, 2] == pytest.approx(80 * share)

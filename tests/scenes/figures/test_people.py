@@ -175,17 +175,6 @@ def has_body(name):
     return name.split(" ", 1)[-1] in ("forearm", "hand", "lower leg", "foot", "cranium")
 
 
-class TestChance:
-    def test_same_seed_same_people(self):
-        standing_people.cache_clear()
-        first = standing_people(5, 2)
-        standing_people.cache_clear()
-        for p, q in zip(first, standing_people(5, 2), strict=True):
-            assert p.leaf.start.tobytes() == q.leaf.start.tobytes()
-            assert p.hierarchy.P.tobytes() == q.hierarchy.P.tobytes()
-            assert p.tints.tobytes() == q.tints.tobytes()
-
-
 PEOPLE = {"person": 0.0, "child": 1.0}
 ALL = [*PEOPLE, *animal_names()]
 GROWN_LIKE_US = ["person", "child", "rabbit", "giraffe", "ostrich"]

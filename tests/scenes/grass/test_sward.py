@@ -10,14 +10,11 @@ from lod.metric import METRICS
 from lod.pruner import prune, prune_by_level
 from lod.view import View
 from scenes.field.species_field import Species, SpeciesField
-from scenes.grass.sward import BLADES, RANKINGS, ROOT_M, ranked, swards, tuft_prototypes
+from scenes.grass.sward import BLADES, RANKINGS, ROOT_M, ranked, tuft_prototypes
 from scenes.ground.mesh import Terrain
 from scenes.models.catalogue import model_prototypes
 from scenes.presets.load import load_preset
-from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.sticks.prototype import Prototype
-from scenes.trees.species import Weather
-from tests.scenes.trees.test_tree import poses
 
 FLAT = Terrain(seed=0, amplitude=0.0, wavelength=1024.0, hurst=1.0, reach=1000.0)
 SIZES = (0.8, 1.0, 1.25)
@@ -117,23 +114,3 @@ def test_a_species_has_a_metric_of_its_own():
     assert shown("bounded", "blake") == shown(None, "bounded") != shown(None, "blake")
     for name in ("full", "depth"):
         assert shown("bounded", name) == shown(None, name)
-
-
-def test_it_moves_in_the_wind_within_its_limits():
-    (still,), (moving,) = swards(0, 1), swards(0, 1, Weather("summer", 8.0))
-    assert isinstance(still, Prototype) and isinstance(moving, RiggedPrototype)
-    h, rest = moving.hierarchy, moving.posed().hierarchy.position
-    assert np.allclose(moving.posed().meshes.vertices, still.meshes.vertices)
-    moved = []
-    for turns in poses(moving, 3):
-        p = moving.posed(turns)
-        at = p.hierarchy.position
-        apart = np.linalg.norm(at[1:] - at[h.parent[1:]], axis=1)
-        assert (apart <= h.separation[1:] * (1 + 1e-9) + 1e-9).all()
-        for ends, r in ((p.leaf.start, p.leaf.start_radius), (p.leaf.end, p.leaf.end_radius)):
-            far = np.linalg.norm(ends - at[p.leaf.owner], axis=1) + r
-            assert (far <= h.R[p.leaf.owner] * (1 + 1e-9)).all()
-        bent = np.linalg.norm(p.meshes.vertices - at[p.meshes.vertex_owner], axis=1)
-        assert (bent <= h.R[p.meshes.vertex_owner] * (1 + 1e-9)).all()
-        moved.append(np.linalg.norm(at - rest, axis=1).max())
-    assert 0.02 < max(moved) < 0.3

@@ -10,14 +10,13 @@ from lod.pruner import blend_weights, prune
 from lod.view import distance
 from scenes.ground.mesh import (
     MOST_COARSER,
-    QUADS,
     coarser_edge_ends,
     geomorph_parents,
     lattice_mesh,
     morph,
     vertex_levels,
 )
-from scenes.ground.quadtree import Patches, balance
+from scenes.ground.quadtree import balance
 from tests.scenes.ground.grounds import (
     ROUGH,
     assert_watertight,
@@ -123,21 +122,3 @@ def test_vertices_arrive_on_the_coarser_mesh(seed):
         assert np.all(vertex_levels(everywhere[ends], patches.deepest) < finest)
         assert found[row, 0] == pytest.approx(height[ends, 0].mean(), abs=1e-12)
     assert np.array_equal(found[level < finest], height[: len(where)][level < finest])
-
-
-def test_forebears_are_the_ends_of_the_coarser_meshs_edges():
-    """Of a patch and of its four quarters: every added vertex halves an edge of the patch."""
-
-    def patches(depth, x, y):
-        n = len(x)
-        return Patches(np.full(n, depth), np.array(x), np.array(y), np.zeros(n, np.int64), 3)
-
-    sides = np.zeros((4, 4), np.int64)
-    where, faces, _ = lattice_mesh(patches(2, [1], [1]), sides[:1])
-    edges = faces[:, ((0, 1), (1, 2), (2, 0))].reshape(-1, 2)
-    drawn = {frozenset(map(tuple, where[pair].tolist())) for pair in edges}
-    finer, _, _ = lattice_mesh(patches(3, [2, 3, 2, 3], [2, 2, 3, 3]), sides)
-    added = finer[vertex_levels(finer, 3) == vertex_levels(finer, 3).max()]
-    assert len(added) == (2 * QUADS + 1) ** 2 - (QUADS + 1) ** 2
-    for pair in coarser_edge_ends(added, 3).tolist():
-        assert frozenset(map(tuple, pair)) in drawn

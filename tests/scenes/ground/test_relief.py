@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from lod.camera import GRID_M, Corner
 from lod.pruner import prune
 from scenes.ground import relief as relief_file
-from scenes.ground.relief import SHORTEST_M, Relief, unit_normals
+from scenes.ground.relief import Relief, unit_normals
 from scenes.noise import (
     GRADIENT_LENGTH,
     NOISE_BOUND,
@@ -142,29 +142,6 @@ def test_slopes_are_those_of_the_heights(corner):
     np.testing.assert_array_equal(unit_normals(ground.slopes(corner, xy, np.zeros(len(xy)))), up)
 
 
-@pytest.mark.parametrize("ridged", [False, True])
-def test_slopes_of_several_columns_are_those_of_each(ridged):
-    ground = Relief(seed=8, amplitude=30.0, wavelength=512.0, hurst=0.9, ridged=ridged)
-    rng = np.random.default_rng(6)
-    xy, shortest = spread(rng, 300, 1e3), 2.0 ** rng.uniform(-3, 10, (300, 3))
-    found = ground.slopes(HOME, xy, shortest)
-    for column in range(3):
-        alone = ground.slopes(HOME, xy, shortest[:, column])
-        np.testing.assert_array_equal(found[:, 2 * column : 2 * column + 2], alone)
-    assert Relief(8, 0.0, 512.0, 0.9).slopes(HOME, xy, shortest).shape == (300, 6)
-
-
-def test_shortest_leaves_out_the_octaves_below_half_of_it():
-    ground = Relief(seed=8, amplitude=30.0, wavelength=512.0, hurst=0.9)
-    xy = spread(np.random.default_rng(5), 200, 1e3)
-    limited = unit_normals(ground.slopes(HOME, xy, np.full(len(xy), 1024.0)))
-    np.testing.assert_array_equal(limited, np.tile((0.0, 0.0, 1.0), (len(xy), 1)))
-    all_of_it = unit_normals(ground.slopes(HOME, xy, np.full(len(xy), SHORTEST_M)))
-    np.testing.assert_array_equal(
-        all_of_it, unit_normals(ground.slopes(HOME, xy, np.zeros(len(xy))))
-    )
-
-
 def test_octaves_up_to_twice_too_short_fade():
     """Half an octave in, half of the octave's slope is there."""
     ground = Relief(seed=8, amplitude=30.0, wavelength=512.0, hurst=0.9)
@@ -224,14 +201,6 @@ def test_ground_stays_within_what_is_said_of_a_circle(x, y, log_radius):
     assert high[0] - low[0] <= 2 * (highest - lowest)
 
 
-def test_no_amplitude_is_perfectly_flat():
-    ground = Relief(seed=3, amplitude=0.0, wavelength=512.0, hurst=0.8)
-    xy = spread(np.random.default_rng(9), 100, 1e5)
-    assert np.all(ground.height(FAR, xy) == 0.0)
-    assert np.all(unit_normals(ground.slopes(FAR, xy, np.zeros(len(xy)))) == (0.0, 0.0, 1.0))
-    assert ground.bounds() == (0.0, 0.0)
-
-
 def test_crests_have_their_size_and_bounds():
     """The constants of |noise|, and a ridged relief's RMS, mean and bounds."""
     xy = np.random.default_rng(5).uniform(0, 3e4, (400_000, 2))
@@ -284,7 +253,7 @@ def test_positions_are_exact_to_a_micrometre(cell):
         objects = prune(field, view).parts.state
         assert len(objects) > 100
         side, samples = Fraction(field.cells.side_m), objects.samples
-        for k in range(0, len(objects), 7):
+        for k in range(0, len(objects), len(objects) // 100):
             for axis, (number, first) in enumerate(
                 ((samples.cell_x[k], corner.x), (samples.cell_y[k], corner.y))
             ):

@@ -5,7 +5,7 @@ import pytest
 
 from lod.shapes import StickTable
 from scenes.appearance.ray_grid import NOTHING, intersect_ray, make_grids, normal_at
-from scenes.ground.stand import intersect_layers, intersect_stand, stand_field, stand_layers
+from scenes.ground.stand import intersect_layers, intersect_stand, stand_field
 from scenes.noise import lattice_bits, unit_float
 
 SEED = np.uint64(0x57A4D)
@@ -120,39 +120,3 @@ def test_layers_are_met_as_if_they_were_one_stand():
     alone, first, _ = lines(layers[0], np.arange(n), origin, v)
     assert (far <= alone).all() and (far[row == 0] == alone[row == 0]).all()
     assert set(row.tolist()) == {-1, 0, 1} and (first[row == 0] == 0).all()
-
-
-def test_what_would_crowd_large_cells_has_a_layer_of_its_own():
-    reach = np.array((6.0, 0.3, 0.5, 5.0))
-    apart = stand_layers(reach, np.array((4e-4, 15.0, 3e-3, 2.0)))
-    assert [each.tolist() for each in apart] == [[0, 2, 3], [1]]
-    assert [each.tolist() for each in stand_layers(reach[1:2], np.array((15.0,)))] == [[0]]
-
-
-def test_what_is_met_of_one_object_is_entered_there_and_nothing_before():
-    table = tangle(4, 250)
-    rng = np.random.default_rng(5)
-    eye = np.column_stack((rng.normal(size=(80, 2)) * 2, np.full(80, 8.0)))
-    way = np.column_stack((rng.normal(size=(80, 2)) * 0.3, np.full(80, -1.0)))
-    way /= np.linalg.norm(way, axis=1)[:, None]
-    grids = make_grids([table])
-    met = [first_of_one(grids, 0, *ray) for ray in zip(eye, way, strict=True)]
-    far, which, normal = (np.array(column) for column in zip(*met, strict=True))
-    hit = far < NOTHING
-    assert hit.mean() > 0.3 and (which[~hit] == -1).all()
-    assert ((normal[hit] * way[hit]).sum(axis=1) < 1e-6).all()
-    point = eye + np.where(hit, far, 0.0)[:, None] * way
-    deep = inside(table, point[hit] + 0.01 * way[hit])
-    assert deep[np.arange(hit.sum()), which[hit]].all()
-    for share in (0.3, 0.6, 0.9, 0.999):  # and on the way there it is in none
-        before = eye + np.where(hit, share * far, share * 20.0)[:, None] * way
-        assert not inside(table, before).any()
-
-
-def inside(table, points):
-    """Which sticks each point is within, (p, k)."""
-    axis, steps = table.end - table.start, np.linspace(0, 1, 61)
-    away = points[:, None] - table.start
-    gap = np.linalg.norm(away[:, :, None] - steps[:, None] * axis[:, None], axis=3)
-    radius = table.start_radius[:, None] * (1 - steps) + table.end_radius[:, None] * steps
-    return (gap < radius).any(axis=2)

@@ -17,11 +17,6 @@ def test_the_presets_know_every_model():
         assert load_preset("zoo", [f"species.tree.model={model}"]).species["tree"].model == model
 
 
-def test_an_unknown_model_is_refused_with_those_there_are():
-    with pytest.raises(InputError, match=r"species.tree.model: 'willow': one of .*'birch'.*"):
-        load_preset("zoo", ["species.tree.model=willow"])
-
-
 @pytest.mark.parametrize("model", LEGGED)
 def test_standing_keeps_legs_and_nothing_of_the_walk(model):
     (walker,) = model_prototypes(model, 1, (1.0,), walks=True)
@@ -46,10 +41,9 @@ def test_standing_keeps_legs_and_nothing_of_the_walk(model):
 
 
 @pytest.mark.parametrize("model", animal_names())
-@pytest.mark.parametrize("count", [0, 2, 7])
-def test_animals_come_in_one_build(model, count):
-    with pytest.raises(InputError, match=f"{model}: prototypes: {count}.*one build"):
-        model_prototypes(model, count, (1.0,), walks=True)
+def test_animals_come_in_one_build(model):
+    with pytest.raises(InputError, match=f"{model}: prototypes: 2.*one build"):
+        model_prototypes(model, 2, (1.0,), walks=True)
 
 
 @pytest.mark.parametrize("model", MODELS)

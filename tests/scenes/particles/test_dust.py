@@ -9,7 +9,6 @@ import pytest
 from lod.camera import GRID_M, Corner, camera_from_heading
 from lod.errors import InputError
 from lod.metric import METRICS
-from lod.pruner import prune
 from lod.view import View
 from scenes.field.cells import CellSamples
 from scenes.field.species_field import Species, SpeciesField, patrol_orbits
@@ -120,23 +119,6 @@ def test_nothing_is_there_before_the_foot_strikes_nor_after_its_life():
             assert max(total) < 1e-4
 
 
-@pytest.mark.parametrize(("rise", "rough", "wind"), [(0.0, 0.0, 0.0), (0.5, 0.05, 8.0), (3, 2, 0)])
-def test_everything_is_inside_its_bound_at_all_times(rise, rough, wind):
-    it = dust(Slope(rise, rough), wind, few=True)
-    for time_s in np.random.default_rng(5).uniform(0, 4000, 2):
-        at = view(float(time_s), "full")
-        parts = level(it, 0, at)
-        for _ in range(3):
-            own = it.parts_of(parts, at)
-            whole = own.parent
-            away = np.linalg.norm(own.position - parts.position[whole], axis=1)
-            assert np.all(away + own.bound <= parts.bound[whole] * (1 + 1e-9))
-            shape = drawn(it, parts)
-            far = np.linalg.norm(shape.start - parts.position[shape.owner], axis=1)
-            assert np.all(far + shape.start_radius <= parts.bound[shape.owner])
-            parts = own
-
-
 def test_nothing_jumps_as_puffs_are_born_and_die():
     it, step = dust(Slope(0.2, 0.03), few=True), 1 / 240
     for wanted in (0, 1):
@@ -181,22 +163,6 @@ def test_it_is_the_same_wherever_the_frame_counts_from():
     shift = np.array((GRID_M * far.x, GRID_M * far.y, 0.0))
     assert np.allclose(here.position, there.position + shift, atol=1e-9)
     assert np.array_equal(here.part, there.part)
-
-
-def test_frames_follow_from_seed_and_time_alone():
-    one, two, other = dust(few=True), dust(few=True), replace(dust(few=True), wind_m_s=1.0)
-
-    def at(it, time_s):
-        return drawn(it, prune(it, view(time_s, detail=1.0)).parts)
-
-    last = at(one, 24.0)
-    at(two, 90.0)
-    at(two, 3.0)
-    again = at(two, 24.0)
-    assert len(last) > 300
-    for key in ("start", "start_radius", "tint"):
-        assert getattr(last, key).tobytes() == getattr(again, key).tobytes()
-    assert last.start.tobytes() != at(other, 24.0).start.tobytes()
 
 
 def test_the_wind_takes_it_along():

@@ -95,45 +95,24 @@ def test_an_empty_file_is_a_preset_of_defaults(tmp_path: Path) -> None:
     assert load_preset(str(path)) == Preset()
 
 
-def test_a_file_may_begin_with_the_mark_that_some_editors_write(tmp_path: Path) -> None:
-    (tmp_path / "a.toml").write_text("seed = 3\r\n", encoding="utf-8-sig")
-    assert load_preset(str(tmp_path / "a.toml")).seed == 3
-
-
 def test_the_rate_of_a_film_may_be_a_fraction() -> None:
     assert load_preset("meadow", ["camera.fps=24000/1001"]).camera.fps == 24000 / 1001
     with pytest.raises(InputError, match="24/0"):
         load_preset("meadow", ["camera.fps=24/0"])
 
 
-def test_a_preset_is_frozen() -> None:
-    with pytest.raises(ValueError, match="frozen"):
-        load_preset("meadow").seed = 3  # type: ignore[misc]
-
-
 @pytest.mark.parametrize(
     ("override", "key", "value"),
     [
         ("seed=7", "seed", 7),
-        ("world.extent=1e6", "world.extent", 1e6),
         ("world.extent=3km", "world.extent", 3000.0),
         ("world.extent=endless", "world.extent", None),
-        ("species.figure.density=0.002", "species.figure.density", 0.002),
         ("species.tree.sizes=[1, 2]", "species.tree.sizes", (1.0, 2.0)),
-        ("camera.height = 200", "camera.height", 200.0),
         ("camera.height=170cm", "camera.height", 1.7),
-        ("camera.focus=0.5 km", "camera.focus", 500.0),
         ('camera.position=["1km", 5]', "camera.position", (1000.0, 5.0)),
-        ("camera.position=[1e12, -3]", "camera.position", (1e12, -3.0)),
-        ("air.visibility=500m", "air.visibility", 500.0),
         ("air.visibility='3 km'", "air.visibility", 3000.0),
-        ("air.visibility=clear", "air.visibility", None),
-        ("display.pixels_per_degree=40", "display.pixels_per_degree", 40.0),
         ("eye={}", "eye.signal_to_noise", 3.0),
-        ("view.haze_aware=false", "view.haze_aware", False),
-        ("render.size=8x4", "render.size", (8, 4)),
         ("render.size=[8, 4]", "render.size", (8, 4)),
-        ("view.metric=bounded", "view.metric", "bounded"),
         ("view.look_around=true", "view.look_around", True),
         ('about="a = b"', "about", "a = b"),
     ],
@@ -157,45 +136,22 @@ def test_a_whole_species_can_be_added() -> None:
 @pytest.mark.parametrize(
     ("override", "says"),
     [
-        ("seed=-1", "-D seed: -1: at least 0"),
-        ("seed=1.5", "1.5: a whole number"),
-        ("seed=true", "True: a whole number"),
         ("sead=1", "did you mean seed?"),
         ("density=1", "did you mean species.figure.density?"),
-        ("camera.hight=2", "did you mean camera.height?"),
-        ("air.qqq=1", "known here: visibility"),
-        ("air.visibility=1000km", "-D air.visibility: 1000000.0: at most 330000"),
         ("air.visibility=50", 'write "50km" or "50m"'),
-        ("air.visibility=0m", "a length above 0"),
         ("display.ppd=67", "no such key; did you mean display."),
         (
             "species.figur.density=1",
             "table [species.figur] in a file, as `lodbench show` writes one; did you mean figure?",
         ),
-        ("species.zzz.density=1", "one of: figure, tree"),
-        ("camera.height=nan", "nan: a finite number"),
         ("camera.height=2Km", "'2Km': a number, or a length as 170cm or 2km"),
-        ("camera.height=-3m", "-3.0: above 0"),
-        ("view.detail=1m", "'1m': a number; "),
         ("camera.height=" + "9" * 5000, "a number"),
-        ("camera.position=[1]", "-D camera.position[1]"),
-        ("camera.position=[0, inf]", "-D camera.position[1]: inf: a finite number"),
         ("camera=3", "a table of keys; `lodbench list --keys` shows every key"),
-        ("species.figure.sizes=[0.0]", "-D species.figure.sizes[0]: 0.0: at least 0.001"),
-        ("species.figure.model=elf", "'elf': one of 'figure', 'boulder', 'sward', 'giraffe'"),
         ("species.elk={model='tree'}", "-D species.elk.density: missing: a required key"),
         ("species.9={model='tree', density=1}", "letter first; try oak_2"),
         (f"species.{'a' * 99}={{model='tree', density=1}}", "64 characters; try a shorter one"),
-        ("air.visibility=20", 'write "20km" or "20m"'),
-        ("world.extent=0", "above 0"),
-        ("view.metric=blak", "one of blake, bounded"),
         ("view.metric=full", "-D view.metric: 'full': needs a finite world"),
-        ("render.size=0x0", "'0x0': each side from 1"),
-        ("render.size=640", "WIDTHxHEIGHT"),
-        ("terrain.hurst=0", "above 0 and at most 1"),
-        ("terrain.wavelength=1000", "1000: a power of two; try 1024"),
         ("seed", "-D: 'seed': key=value"),
-        ("seed=1\nabout='x'", "a whole number"),
     ],
 )
 def test_a_bad_setting_is_refused_by_name(override: str, says: str) -> None:
@@ -212,16 +168,11 @@ def test_metrics_that_need_an_axis_refuse_a_full_turn() -> None:
 @pytest.mark.parametrize(
     ("toml", "says"),
     [
-        ("seed = 1\ncamera = {height = nan}", "camera.height: nan: a finite number"),
-        ("[species.elk]\nmodel = 'tree'\ndensity = inf", "species.elk.density: inf"),
         (
             "[air]\nvisibillity = '20km'",
             "air.visibillity: '20km': no such key; did you mean air.vis",
         ),
-        ("visibility = '20km'", "did you mean air.visibility?"),
         ("seed = \n", "'seed =': not TOML: Invalid value (at line 1, column 8)"),
-        ("seed = 1\nseed = 2", "not TOML"),
-        ("[camera", "'[camera': not TOML"),
         ("seed = " + "9" * 5000, "not TOML"),
         ("seed = " + "[" * 100_000, "nested less deeply"),
         ("seed = -1\nfrog = 2", "(and 1 more)"),
@@ -250,7 +201,7 @@ def test_names_and_paths_that_lead_nowhere(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("text", "metres"),
-    [("20km", 20_000.0), ("500 m", 500.0), (" 1.5km ", 1500.0), (".5m", 0.5), ("1e3km", 1e6)],
+    [("20km", 20_000.0), (".5m", 0.5), ("1e3km", 1e6)],
 )
 def test_a_length_is_in_metres(text: str, metres: float) -> None:
     assert parse_length(text) == metres

@@ -20,7 +20,6 @@ from scenes.presets.load import load_preset
 from scenes.render import cluster as dask_cluster
 from scenes.render.cluster import (
     Cluster,
-    check_versions,
     cluster,
     render_on_cluster,
     sweep,
@@ -156,15 +155,6 @@ def test_a_cluster_that_lost_all_workers_is_not_waited_for_without_end(
         one.client.cluster.scale(0)
         with pytest.raises(InputError, match="no worker is left"):
             list(render_on_cluster(job, one))
-
-
-def test_workers_are_asked_for_their_version_first():
-    class Client:
-        def run(self, function, on_error):
-            return {"tcp://a": function(), "tcp://b": "lodbench 0.0 (Mitsuba 3.0)"}
-
-    with pytest.raises(InputError, match=r"tcp://b has lodbench 0\.0"):
-        check_versions(Client())
 
 
 @pytest.mark.parametrize("where", ["0", "9999", "nowhere", "tcp://"])

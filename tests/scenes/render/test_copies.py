@@ -6,14 +6,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bench.counting import prototypes_of
 from bench.methods import known_methods
 from lod.metric import METRICS
-from lod.pruner import cut_from_parts, prune
-from lod.shapes import Instanced, SticksAndTriangles
+from lod.pruner import prune
+from lod.shapes import Instanced
 from lod.view import View
 from scenes.field.species_field import Species, SpeciesField
 from scenes.frame.frame_input import (
-    DisplayedRepresentation,
     FrameInput,
     Quality,
     display,
@@ -57,8 +57,9 @@ def assert_same_picture(copied, flat, differ=0.003):
 
 
 def test_a_whole_field_looks_the_same_as_copies_and_flat(make):
-    """Three models on waves: hits, normals, guides, ids and shares of pixels by object."""
-    models = tuple(prototype_from(np.random.default_rng(seed)) for seed in (1, 2, 3))
+    """Models of sticks and of meshes on waves: hits, normals, guides, ids and shares by object."""
+    sticks = (prototype_from(np.random.default_rng(seed)) for seed in (1, 2, 3))
+    models = *sticks, *prototypes_of("sward", 8.0)
     field = SpeciesField(Species("thing", models, 0.1), 5, Waves(1.5), 40.0)
     camera = make.camera((96, 54), eye=(0.0, -12.0, 4.0))
     view = View(camera, METRICS["full"])
@@ -86,93 +87,6 @@ def test_methods_that_prune_nothing_draw_copies_of_what_stands_still(method, mon
         assert bool(copies_of(made)) == shared
         pictures.append(render_frame(made, 1))
     assert pictures[0].statistics["copies"] > 10
-    assert_same_picture(*pictures)
-
-
-def turned(vectors, turn):
-    (c, s), (x, y, z) = turn, vectors.T
-    return np.stack((c * x - s * y, s * x + c * y, z), axis=1)
-
-
-def test_sticks_and_meshes_of_one_model_are_told_apart(make):
-    """Two models of both kinds, placed by hand and turned, against the same shapes flat."""
-    balls = make.balls([(0, 0, 0.5), (0.9, 0, 1.0), (0, 0.4, 2.0)], radius=0.4, albedo=0.7)
-    wall = make.quad([(-1.5, 1, 0), (1.5, 1, 0), (1.5, 1, 2), (-1.5, 1, 2)], albedo=0.3)
-    other = np.array([0, 0, 1])
-    model = np.append(other, [0, 1])  # of three balls and two walls, which are parts 3 and 4
-    corners = np.concatenate((wall.shape.vertices, wall.shape.vertices * 0.8))
-    walls = replace(
-        wall.shape,
-        vertices=corners,
-        normals=np.tile(wall.shape.normals, (2, 1)),
-        colours=np.repeat([[0.3] * 3, [0.6] * 3], 4, axis=0),
-        faces=np.concatenate((wall.shape.faces, wall.shape.faces + 4)),
-        owner=np.repeat([3, 4], 2),
-    )
-    which, angle = np.array([0, 1, 1, 0]), np.radians([0, 30, -50, 20])
-    place = np.array([(-3, 9, 0), (0, 8, 0.3), (2, 11, -0.2), (5, 14, 0)], float)
-    turn = np.stack((np.cos(angle), np.sin(angle)), axis=1)
-    part, level = 10 + np.arange(5), np.arange(5)
-    shape = SticksAndTriangles(balls.shape, walls)
-    wholes = cut_from_parts(balls.cut.parts.take(np.zeros(4, int)), 4, 4)
-    wholes = replace(wholes, object=np.arange(4))
-    copied = Instanced(shape, model, part, level, which, place, turn)
-    rows = []  # of the flat picture: every part of every copy
-    sticks, triangles = [], []
-    for copy, at in enumerate(place):
-        own = np.flatnonzero(model == which[copy])
-        first, number = len(rows), {part: k for k, part in enumerate(own)}
-        rows += [(copy, part[k], level[k]) for k in own]
-        mine = np.isin(balls.shape.owner, own)
-        sticks.append(
-            [
-                *(
-                    turned(getattr(balls.shape, end)[mine], turn[copy]) + at
-                    for end in ("start", "end")
-                ),
-                [first + number[k] for k in balls.shape.owner[mine]],
-            ]
-        )
-        face = np.isin(walls.owner, own)
-        corner = np.unique(walls.faces[face])
-        triangles.append(
-            (
-                turned(walls.vertices[corner], turn[copy]) + at,
-                corner,
-                first + number[int(walls.owner[face][0])],
-                copy,
-            )
-        )
-    start, end, owner = (np.concatenate(column) for column in zip(*sticks, strict=True))
-    flat_sticks = replace(
-        balls.shape,
-        start=start,
-        end=end,
-        owner=owner,
-        tint=np.zeros(len(owner)),
-        start_radius=np.full(len(owner), 0.4),
-        end_radius=np.full(len(owner), 0.4),
-    )
-    corners = np.concatenate([each[1] for each in triangles])
-    flat_walls = replace(
-        walls,
-        vertices=np.concatenate([each[0] for each in triangles]),
-        normals=np.concatenate([turned(walls.normals[c], turn[k]) for _, c, _, k in triangles]),
-        colours=walls.colours[corners],
-        faces=np.concatenate([wall.shape.faces + 4 * k for k in range(4)]),
-        owner=np.repeat([each[2] for each in triangles], 2),
-    )
-    columns = np.array(rows).T
-    parts = balls.cut.parts.take(np.zeros(len(rows), int))
-    parts = replace(parts, object=columns[0], part=columns[1], level=columns[2])
-    flat = SticksAndTriangles(flat_sticks, flat_walls)
-    pictures = []
-    for cut, seen in ((wholes, copied), (cut_from_parts(parts, 4, 4), flat)):
-        shown = (make.ground(), DisplayedRepresentation("both", cut, seen))
-        quality = make.quality(variants.JIT_VARIANT, 16)
-        made = FrameInput(make.camera((96, 54)), shown, make.clear, make.light, quality)
-        pictures.append(render_frame(made, 1))
-    assert len(np.unique(pictures[1].part)) > 5
     assert_same_picture(*pictures)
 
 

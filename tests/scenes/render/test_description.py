@@ -21,17 +21,6 @@ def described(make, *visible):
     return describe_frame(make.frame(*visible))
 
 
-def test_equal_tints_share_a_shape_across_representations(make):
-    spots = [(0, 5, 0), (1, 5, 0)]
-    three = (
-        make.balls(spots, albedo=0.5, name="a"),
-        make.balls(spots, albedo=0.5, name="b"),
-        make.balls(spots, albedo=0.2, name="c"),
-    )
-    shapes = described(make, *three)["shapes"]
-    assert sorted(len(s["segment_indices"]) for s in shapes.values()) == [2, 4]
-
-
 def sticks(points, radii, tint=None, tints=((0.5, 0.5, 0.5),)):
     points, radii = np.asarray(points, float), np.asarray(radii, float)
     n = len(points) - 1
@@ -39,21 +28,6 @@ def sticks(points, radii, tint=None, tints=((0.5, 0.5, 0.5),)):
     return Sticks(
         points[:-1], points[1:], radii[:-1], radii[1:], tint, np.asarray(tints), np.arange(n)
     )
-
-
-def test_chains_break_where_radii_or_ends_differ():
-    ends = np.array(
-        [
-            [[0, 0, 0, 1], [0, 0, 1, 1]],
-            [[0, 0, 1, 0.5], [0, 0, 2, 0.5]],
-            [[0, 0, 2, 0.5], [0, 0, 3, 0.5]],
-            [[5, 0, 2, 0.5], [5, 0, 3, 0.5]],
-        ],
-    )
-    (batch,) = batches([PlacedSticks(loose(ends), 1, None)], True)
-    for row, first in enumerate(batch.segments):
-        assert np.array_equal(batch.points[first : first + 2], ends[row])
-    assert len(batch.points) == 7
 
 
 def test_joined_sticks_of_one_colour_are_one_chain():
@@ -139,13 +113,9 @@ def test_a_tint_without_sticks_keeps_its_shape(make):
     ("field", "value"),
     [
         ("start", np.nan),
-        ("end", np.inf),
         ("start_radius", -0.1),
-        ("end_radius", np.nan),
         ("tints", 1.5),
-        ("tints", np.nan),
         ("tint", 1),
-        ("tint", -1),
         ("owner", 9),
     ],
 )
@@ -235,15 +205,6 @@ def test_the_medium_changes_colour_alone(make, variant):
     assert hazy.statistics["medium_top_m"] == 13 and hazy.statistics["medium_bottom_m"] == -1
     assert not np.array_equal(plain.rgb, hazy.rgb)
     assert plain.rgb.mean() == pytest.approx(hazy.rgb.mean(), rel=0.2)
-
-
-def test_same_seed_same_bytes(make, variant):
-    quality = Quality(variant, 4, 7, 4, "medium")
-    one, two = (
-        render_frame(FrameInput(make.camera(), (make.ground(),), AIR, make.light, quality))
-        for _ in range(2)
-    )
-    assert np.array_equal(one.rgb, two.rgb)
 
 
 def test_a_medium_in_clear_air_is_refused(make):

@@ -14,7 +14,7 @@ from scenes.processes.memory_limit import free_bytes
 from scenes.render import frame_session
 from scenes.render.exr.header import frame_settings
 from scenes.render.frame_session import FrameSession
-from scenes.render.memory import ExtraBuffers, forecast, frame_bytes, predict_bytes
+from scenes.render.memory import forecast, frame_bytes, predict_bytes
 from scenes.scene import Scene
 
 SIZE = 640, 360
@@ -33,20 +33,6 @@ def test_more_of_anything_needs_more_until_the_samples_go_in_groups():
         predict_bytes(0, 0, SIZE, Quality("scalar_rgb", spp)) for spp in (1, 16, 4096)
     )
     assert few < many == more
-
-
-def test_what_is_asked_for_beside_the_picture_needs_more():
-    plain = predict_bytes(10**6, 0, SIZE, Quality("llvm_ad_rgb", 1))
-    more = {
-        name: predict_bytes(10**6, 0, SIZE, Quality("llvm_ad_rgb", 1), ExtraBuffers(**{name: True}))
-        - plain
-        for name in ("motion", "denoised", "shutter")
-    }
-    assert more == {
-        "motion": 126 * 10**6,
-        "denoised": 500 * SIZE[0] * SIZE[1],
-        "shutter": (2 * 277 - 210) * 10**6,
-    }
 
 
 GIB = 2**30

@@ -21,6 +21,7 @@ prototypes = 1
 [species.tree]
 model = "tree"
 density = 0.002
+prototypes = 1
 [placed.joe]
 model = "figure"
 position = [0.0, 9.0]

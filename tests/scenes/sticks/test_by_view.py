@@ -9,7 +9,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lod.camera import Corner, camera_from_heading
-from lod.errors import InputError
 from lod.metric import METRICS
 from lod.pruner import BlendWeights, view_angles
 from lod.view import View
@@ -32,7 +31,6 @@ from scenes.sticks.areas import (
     with_area_share,
     with_tone_steps,
 )
-from scenes.sticks.prototype import Prototype
 from scenes.trees.species import tree_species
 from scenes.trees.tree import tree_prototypes
 
@@ -169,20 +167,6 @@ def test_priority_is_of_the_tree_as_it_looks(tree):
     assert tree.hierarchy.P[0] ** 2 == pytest.approx(own, rel=0.12)
 
 
-def test_tables_of_several_prototypes_lie_end_to_end(tree):
-    one = tree.view_dependence
-    both = ViewDependence.concatenate(
-        [one, ViewDependence(), one], [len(tree.leaf), 3, len(tree.leaf)]
-    )
-    k, c = len(tree.leaf), len(one.area_share)
-    assert np.array_equal(both.table_row[:k], one.table_row)
-    assert (both.table_row[k : k + 3] == -1).all()
-    assert np.array_equal(
-        both.table_row[k + 3 :], np.where(one.table_row < 0, -1, one.table_row + c)
-    )
-    assert len(both.area_share) == 2 * c
-
-
 def test_tones_that_are_too_bright_from_one_side_are_right_from_the_others():
     """A light tint at 2.5 times its albedo overhead, where no albedo is above 1, and at 1 level."""
     brighter = np.linspace(1.0, 2.5, len(ELEVATIONS_DEG))
@@ -198,10 +182,3 @@ def test_thinned_sticks_cover_their_share(tree, share):
     """Of each stick's mean outline; cones a little off, as thinning leaves out a term of theirs."""
     areas = mean_outline_areas(with_area_share(tree.leaf, share)) / mean_outline_areas(tree.leaf)
     assert areas == pytest.approx(np.full(len(areas), share), rel=0.1)
-
-
-def test_rows_that_do_not_fit_the_sticks_are_refused(tree):
-    for rows in (np.zeros(3), np.full(len(tree.leaf), 7)):
-        with pytest.raises(InputError, match="view_dependence"):
-            view_dependence = replace(tree.view_dependence, table_row=rows)
-            Prototype(tree.name, tree.hierarchy, tree.inner, tree.leaf, tree.tints, view_dependence)

@@ -3,8 +3,6 @@
 Classes of inherent contrast: by hand, for every model, and safe whatever stands behind.
 """
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -160,13 +158,6 @@ def _farthest(table, row, origin):
     return float(max(start.max(), end.max()))
 
 
-class TestScaled:
-    @pytest.mark.parametrize("factor", [0.0, -1.0, np.nan, np.inf])
-    def test_bad_factor(self, factor):
-        with pytest.raises(InputError, match="scale"):
-            pole().scaled(factor)
-
-
 class TestRefused:
     def test_empty_leaf_appearance(self):
         leaf = sticks(3, [(0, (0, 0, 0), (0, 0, 4), 0.5), (2, (2, 0, 3), (2, 0, 4), 0.05)])
@@ -183,22 +174,6 @@ class TestRefused:
     def test_albedo_outside_0_to_1(self, albedo):
         with pytest.raises(InputError, match="tints"):
             pole(tints=np.array([(0.5, albedo, 0.5)]))
-
-    @pytest.mark.parametrize("column", range(4))
-    def test_length_that_is_not_finite(self, column):
-        columns = [c.copy() for c in _columns(pole().leaf)]
-        columns[column][1] = np.nan
-        with pytest.raises(InputError, match="finite"):
-            StickTable.of(3, np.array([0, 1, 2]), *columns)
-
-    @pytest.mark.parametrize("radius", [0.0, -0.1])
-    def test_radius_of_nothing(self, radius):
-        with pytest.raises(InputError, match="above 0"):
-            sticks(1, [(0, (0, 0, 0), (0, 0, 1), radius)])
-
-    def test_owner_that_is_no_part(self):
-        with pytest.raises(InputError, match="owner"):
-            sticks(1, [(1, (0, 0, 0), (0, 0, 1), 0.1)])
 
     def test_sticks_beyond_the_range(self):
         p, longer = pole(), pole().leaf.scaled(2.0)
@@ -233,21 +208,6 @@ def test_no_modulation_left_is_above_what_the_class_promises(albedo, light, grou
         assert abs(seen - other) / (seen + other) <= bound * (1 + 1e-9)
 
 
-def test_a_whole_has_at_least_the_class_of_its_parts():
-    """A black whole, a black part and on it a white one; beside them a grey one."""
-    whole = np.array([-1, 0, 1, 0])
-    table = StickTable(
-        first=np.arange(5),
-        start=np.zeros((4, 3)),
-        end=np.ones((4, 3)),
-        start_radius=np.ones(4),
-        end_radius=np.ones(4),
-        tint=np.array([0, 0, 1, 2]),
-    )
-    tints = np.array([[0.01] * 3, [0.9] * 3, [0.2] * 3])
-    assert part_contrast(whole, table, tints).tolist() == [5, 5, 5, 3]
-
-
 def test_the_mean_is_by_area_and_by_luminance():
     """A small white stick on a large black one changes nothing; pure blue is dark."""
     table = StickTable(
@@ -263,9 +223,8 @@ def test_the_mean_is_by_area_and_by_luminance():
 
 
 @pytest.mark.parametrize("model", sorted(MODELS))
-@pytest.mark.parametrize("weather", [CALM_SUMMER, replace(CALM_SUMMER, wind=5.0)])
-def test_every_part_of_every_model_can_be_lost(model, weather):
-    for prototype in MODELS[model](0, 1, weather):
+def test_every_part_of_every_model_can_be_lost(model):
+    for prototype in MODELS[model](0, 1, CALM_SUMMER):
         contrast = prototype.hierarchy.contrast
         assert len(contrast) == len(prototype.hierarchy)
         assert contrast.min() >= CONTRAST_CLASSES.index(0.5)
