@@ -333,7 +333,7 @@ EXPERIMENT = Experiment(
                 "grass_details": [0.0625, 0.5, 4.0],
                 "unseen": False,
             },
-            seconds=(2900.0, 230.0),
+            seconds=(3300.0, 260.0),
         ),
         "cover": Topic(
             about="luminance and coverage to 5 km, with and without far cover, against unpruned",

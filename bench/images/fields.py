@@ -61,11 +61,12 @@ VIEWS = {
 GRASS = "grass"
 """A view of nothing but grass, whose blades are far longer than they are wide."""
 
-SWEPT = ("eye level", "aerial", GRASS)
+SWEPT = ("eye level", "aerial", "hazy", GRASS)
 """The views in which metrics are compared."""
 
-METRICS_TRIED = ("blake", "bounded", "solid_angle", "depth")
-GRASS_METRICS = ("blake", "bounded", "solid_angle")
+METRICS_TRIED = ("blake", "bounded", "solid_angle", "depth", "contrast_weighted")
+FEW_METRICS = {"hazy": ("blake", "contrast_weighted"), GRASS: ("blake", "bounded", "solid_angle")}
+"""The metrics that are tried in each view, and in those where not all are."""
 
 LEAST_SHARE = 0.005
 """The share of the land's rays from which on a band of distance is judged."""
@@ -341,9 +342,11 @@ def cases(
     for number in range(sweep_fields):
         for view in swept:
             field, grass = Field(view, number, unseen, sweep_size, alike), view == GRASS
-            tried = (*(GRASS_METRICS if grass else METRICS_TRIED), *([metric] if metric else []))
+            tried = (*FEW_METRICS.get(view, METRICS_TRIED), *([metric] if metric else []))
             several = grass_details if grass else details
-            ways = tuple((SPECIES, name, detail) for name in tried for detail in several)
+            ways = tuple(
+                (SPECIES, name, d * metric_by_name(name).finer) for name in tried for d in several
+            )
             looks = Looks(tuple(sweep_samples), 0)
             made.append(partial(measure, "sweep", field, ways, looks, choose()))
     return made
