@@ -46,6 +46,8 @@ def test_arrays_cannot_be_written():
         ({"level": [1, 2, 2]}, r"level\[0\]"),
         ({"B": [2.0, 1.5, 0.5]}, r"B\[0\]"),
         ({"P": [2.0, 1.0]}, r"hierarchy\.P"),
+        ({"contrast_to_whole": [1.0, 0.0, 1.0]}, r"hierarchy\.contrast_to_whole"),
+        ({"contrast_to_whole": [1.0, 1.5, 1.0]}, r"hierarchy\.contrast_to_whole"),
         ({"overlap": [0.0, 1.0, 0.0]}, r"hierarchy\.overlap"),
         ({"overlap": [0.0, -np.inf, 0.0]}, r"hierarchy\.overlap"),
     ],
