@@ -21,7 +21,6 @@ import numpy as np
 
 from lod.arrays import frozen
 from lod.errors import InputError
-from lod.eye import CONTRAST_CLASSES
 from lod.hierarchy import Hierarchy
 from lod.viewing import MIN_EXTINCTION, ViewingConditions, perceptual_limits
 
@@ -67,8 +66,11 @@ class Metric:
 
     @property
     def finer(self) -> float:
-        """Return the factor on τ by which it displays in clear air all that its formula does."""
-        return CONTRAST_CLASSES[0] if self.by_contrast else 1.0
+        """Return the factor on τ at which it displays about as many parts as its formula does.
+
+        By contrast it is the mean contrast of parts to their wholes, by area, of trees and people.
+        """
+        return 0.25 if self.by_contrast else 1.0
 
 
 METRICS: dict[str, Metric] = {

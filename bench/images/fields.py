@@ -305,6 +305,12 @@ Way = tuple[str, str, float]
 """What is pruned, by which metric, and at which detail [px]."""
 
 
+def _details(metric: str, details: Sequence[float]) -> list[float]:
+    """Return the details at which a metric comes up to the errors of ``blake`` at these [px]."""
+    finer = METRICS[metric].finer if metric in METRICS else 1.0
+    return [*details] if finer == 1 else sorted({d * k * finer for d in details for k in (0.5, 1)})
+
+
 def cases(
     fields: int,
     size: str,
@@ -344,9 +350,7 @@ def cases(
             field, grass = Field(view, number, unseen, sweep_size, alike), view == GRASS
             tried = (*FEW_METRICS.get(view, METRICS_TRIED), *([metric] if metric else []))
             several = grass_details if grass else details
-            ways = tuple(
-                (SPECIES, name, d * metric_by_name(name).finer) for name in tried for d in several
-            )
+            ways = tuple((SPECIES, name, d) for name in tried for d in _details(name, several))
             looks = Looks(tuple(sweep_samples), 0)
             made.append(partial(measure, "sweep", field, ways, looks, choose()))
     return made

@@ -39,8 +39,6 @@ from bench.images.fields import (
 )
 from bench.records.records import Column, Point, columns, merge_points
 from bench.seeds import BUILDING_SEEDS
-from lod.eye import CONTRAST_CLASSES
-from lod.metric import seen_by_contrast
 from scenes.frame.layers import Layers
 from scenes.models.catalogue import PROTOTYPE_SEED
 from scenes.presets.load import load_preset
@@ -225,17 +223,15 @@ def test_half_of_the_fields_have_species_and_ground_alone_under_every_sun():
     assert swept_[0] == {(SPECIES, "full", d) for d in DETAILS}
 
 
-def test_weighted_by_contrast_details_are_a_tenth_and_haze_is_swept_by_two_metrics():
-    """There it displays all that blake does, so that both come up to the same errors."""
+def test_weighted_by_contrast_details_are_finer_and_haze_is_swept_by_two_metrics():
     swept = {
         f.view: ways for what, f, ways, *_ in (c.args for c in cases(**FULL)) if what == "sweep"
     }
     for view in ("eye level", "aerial", "hazy"):
         by = {m: [d for _, metric, d in swept[view] if metric == m] for _, m, _ in swept[view]}
-        assert by["contrast_weighted"] == pytest.approx(np.array(by["blake"]) / 10)
+        assert by["blake"] == DETAILS
+        assert by["contrast_weighted"] == pytest.approx([1 / 16, 1 / 8, 1 / 4, 1 / 2, 1])
     assert set(by) == {"blake", "contrast_weighted"}
-    D = np.array([7.0])
-    assert seen_by_contrast(10 * D, CONTRAST_CLASSES[0], 0.0) == pytest.approx(D)
 
 
 @pytest.mark.slow
