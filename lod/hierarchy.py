@@ -3,7 +3,7 @@
 ``lod`` explains the symbols P, R and B.
 """
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 
 import numpy as np
@@ -26,6 +26,9 @@ class Hierarchy(ArrayData):
     separation (n,)   greatest distance to the origin of the owner in any pose; 0 for row 0 [m]
     contrast   (n,)   class of inherent contrast, a row of lod.eye.CONTRAST_CLASSES; by
                       default the last one, which no air and no eye takes away
+    contrast_to_whole (n,) contrast to the leaf appearance of its whole, which is shown in its
+                      place, or that of one of its parts to its own if that is greater: above 0, at
+                      most 1. By default 1, as where nothing is shown in its place
     overlap    (n,)   how much of the leaf appearance and of the parts' appearances lies in one
                       another where half of either shows, below 1; by default 0
                       (``lod.pruner.leaf_area_share``)
@@ -46,11 +49,13 @@ class Hierarchy(ArrayData):
     B: FloatArray
     separation: FloatArray
     contrast: IntArray = field(default_factory=lambda: np.zeros(0, np.int64))
+    contrast_to_whole: FloatArray = field(default_factory=lambda: np.zeros(0))
     overlap: FloatArray = field(default_factory=lambda: np.zeros(0))
     stands_for: FloatArray = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self) -> None:
-        for name, usual in (("contrast", NEVER_LOST), ("overlap", 0.0), ("stands_for", 1.0)):
+        default = {"contrast_to_whole": 1.0, "overlap": 0.0, "stands_for": 1.0}
+        for name, usual in {"contrast": NEVER_LOST, **default}.items():
             if len(getattr(self, name)) == 0:
                 object.__setattr__(self, name, np.full(len(self.parent), usual))
         super().__post_init__()
@@ -111,8 +116,8 @@ class Hierarchy(ArrayData):
         n, parent, level = len(self.parent), self.parent, self.level
         if n == 0:
             raise InputError("hierarchy", 0, "an object has at least one part, itself")
-        names = ("level", "P", "R", "B", "separation", "contrast", "overlap", "stands_for")
-        check_columns("hierarchy", self, position=(n, 3), **dict.fromkeys(names, (n,)))
+        shapes = {each.name: (n,) for each in fields(self)} | {"position": (n, 3)}
+        check_columns("hierarchy", self, **shapes)
         if parent[0] != -1:
             raise InputError(
                 "hierarchy.parent[0]", int(parent[0]), "row 0 is the root, owned by -1"
@@ -128,6 +133,9 @@ class Hierarchy(ArrayData):
         if self.contrast.min() < 0 or self.contrast.max() > NEVER_LOST:
             wrong = int(self.contrast.max() if self.contrast.min() >= 0 else self.contrast.min())
             raise InputError("hierarchy.contrast", wrong, f"a class of contrast, 0 to {NEVER_LOST}")
+        seen = self.contrast_to_whole
+        for value in seen[(seen <= 0) | (seen > 1)].tolist():
+            raise InputError("hierarchy.contrast_to_whole", value, "above 0 and at most 1")
         if self.overlap.max() >= 1:
             raise InputError("hierarchy.overlap", float(self.overlap.max()), "below 1")
         if self.stands_for.min() < 1:

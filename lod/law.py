@@ -29,6 +29,7 @@ from lod.viewing import Defocus, ViewingConditions, WeightedDistance, defocus_wi
 
 LIMITS: dict[str, Callable[[Reals, Reals, float], Reals]] = {
     "blake": lambda P, R, m: (P + R) / m,
+    "contrast_weighted": lambda P, R, m: (P + R) / m,
     "bounded": lambda P, R, m: P / m + R,
     "solid_angle": lambda P, R, m: P / m,
     "full": lambda P, R, m: np.full(len(P), np.inf),
@@ -90,6 +91,9 @@ def _own_limits(
     # A metric of another package is known by its own formula alone.
     formula = LIMITS.get(metric.name, metric.limit)
     clear = formula(hierarchy.P[rows], hierarchy.R[rows], m)
+    if metric.by_contrast:
+        beta = conditions.extinction if conditions else 0.0
+        clear = _weighted_by_contrast(clear, hierarchy.contrast_to_whole[rows], beta)
     if conditions is None or not metric.finite:
         return clear
     seen, contrast = np.empty_like(clear), hierarchy.contrast[rows]
@@ -100,6 +104,16 @@ def _own_limits(
         return seen
     theta = conditions.widths.effective
     return np.minimum(seen, _farthest_sharp(clear, conditions.defocus, theta))
+
+
+def _weighted_by_contrast(clear: Reals, contrast: Reals, extinction: float) -> Reals:
+    """Distance up to which d stays below contrast·exp(−βd)·D_c, by bisection, (n,) [m]."""
+    near, far = np.zeros_like(clear), contrast * clear
+    for _ in range(60):  # down to the last bits of a float64
+        middle = (near + far) / 2
+        passes = middle < contrast * np.exp(-extinction * middle) * clear
+        near, far = np.where(passes, middle, near), np.where(passes, far, middle)
+    return far
 
 
 def _reached(W: WeightedDistance, clear: Reals) -> Reals:

@@ -7,8 +7,9 @@ its distance d < D. Its arguments are
     R  range [m]: how far its extremes, or its parts' ends, can be from its origin
     m  the detail angle [rad]
 
-``Metric.along_axis`` says which distance d is. The law's prediction has formulas of its own
-(``lod.law``); docs/extend.md says how to add a metric.
+``Metric.along_axis`` says which distance d is, and ``Metric.by_contrast`` whether D is weighted by
+contrast. The law's prediction has formulas of its own (``lod.law``); docs/extend.md says how to add
+a metric.
 """
 
 from collections.abc import Callable
@@ -21,7 +22,7 @@ import numpy as np
 from lod.arrays import frozen
 from lod.errors import InputError
 from lod.hierarchy import Hierarchy
-from lod.viewing import ViewingConditions, perceptual_limits
+from lod.viewing import MIN_EXTINCTION, ViewingConditions, perceptual_limits
 
 
 def blake(P: np.ndarray, R: np.ndarray, m: float) -> np.ndarray:
@@ -53,6 +54,7 @@ class Metric:
     along_axis   d is the depth along the camera's axis, and parts out of view are dropped, which
                  the paper argues against (§2.1); otherwise d is the true distance from the eye
     finite       its limits are finite; otherwise it needs a world with an edge
+    by_contrast  D is weighted by the contrast of what would be lost (``seen_by_contrast``)
     """
 
     name: str
@@ -60,6 +62,15 @@ class Metric:
     about: str
     along_axis: bool = False
     finite: bool = True
+    by_contrast: bool = False
+
+    @property
+    def finer(self) -> float:
+        """Return the factor on τ at which it displays about as many parts as its formula does.
+
+        By contrast it is the mean contrast of parts to their wholes, by area, of trees and people.
+        """
+        return 0.25 if self.by_contrast else 1.0
 
 
 METRICS: dict[str, Metric] = {
@@ -71,9 +82,28 @@ METRICS: dict[str, Metric] = {
         Metric(
             "depth", blake, "P + R > m·(depth along the view axis), in view only", along_axis=True
         ),
+        Metric(
+            "contrast_weighted",
+            blake,
+            "C·exp(−βd)·(P + R) > m·d: blake by the contrast C of what would be lost, and haze",
+            by_contrast=True,
+        ),
         Metric("full", full, "the unpruned reference; needs a finite world", finite=False),
     )
 }
+
+
+def seen_by_contrast(D: np.ndarray, contrast: np.ndarray | float, extinction: float) -> np.ndarray:
+    """Compute the d at which contrast·exp(−βd)·D is d itself, of limit distances D (n,) [m].
+
+    d·exp(βd) = C·D, so that βd is Lambert's W of β·C·D. ``contrast`` C is 0 to 1, ``extinction`` β
+    [1/m]. docs/method.md ("Contrast in the priority") derives it.
+    """
+    if extinction < MIN_EXTINCTION:
+        return contrast * D
+    from scipy.special import lambertw  # expensive to import, and few metrics ask for it
+
+    return np.asarray(lambertw(extinction * contrast * D).real / extinction)
 
 
 MAX_CACHED = 128
@@ -88,11 +118,11 @@ def limit_distances(
 ) -> np.ndarray:
     """Compute the D of every part, clamped once so that every cut is connected, (n,) [m].
 
-    Through air and eye (``conditions``) a part's own D is first W⁻¹ of that in clear air, W by its
-    class of contrast; ``full`` keeps everything all the same, and along an axis it is the depth
-    that W weighs. Then D_part = max(0, min(D_part, D_whole − separation)): a part within its D has,
-    by the triangle inequality, its whole within the whole's D. 0 means never displayed.
-    The last MAX_CACHED results are kept for as long as the hierarchy lives.
+    Through air and eye (``conditions``) a part's own D is first W⁻¹ of that in clear air, which may
+    be weighted by contrast, W by its class of contrast; ``full`` keeps everything all the same, and
+    along an axis it is the depth that W weighs. Then D_part = max(0, min(D_part, D_whole −
+    separation)): a part within its D has, by the triangle inequality, its whole within the whole's
+    D. 0 means never displayed. The last MAX_CACHED results are kept while the hierarchy lives.
     Raises InputError unless m is finite and above 0.
     """
     cached = _CACHE.setdefault(hierarchy, {})
@@ -102,6 +132,9 @@ def limit_distances(
     if not (np.isfinite(m) and m > 0):
         raise InputError("m", m, "the detail angle is finite and above 0 rad", "check the detail")
     D = np.array(metric.limit(hierarchy.P, hierarchy.R, m), np.float64)
+    if metric.by_contrast:
+        beta = conditions.extinction if conditions else 0.0
+        D = seen_by_contrast(D, hierarchy.contrast_to_whole, beta)
     if conditions is not None and metric.finite:
         D = perceptual_limits(conditions, D, hierarchy.contrast, m)
     for depth in range(1, int(hierarchy.depth.max()) + 1):

@@ -326,11 +326,11 @@ EXPERIMENT = Experiment(
                 "size": "64x36",
                 "sweep_fields": 2,
                 "sweep_size": "64x36",
-                "details": [0.5, 2.0],
+                "details": [0.5, 4.0],
                 "grass_details": [0.0625, 0.5, 4.0],
                 "unseen": False,
             },
-            seconds=(2900.0, 230.0),
+            seconds=(3400.0, 280.0),
         ),
         "cover": Topic(
             about="luminance and coverage to 5 km, with and without far cover, against unpruned",

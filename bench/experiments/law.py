@@ -483,7 +483,7 @@ EXPERIMENT = Experiment(
             plots=preset_growth.plots,
             full={"fields": 12, "unseen": True},
             quick={"fields": 4, "unseen": False},
-            seconds=(420.0, 120.0),
+            seconds=(560.0, 160.0),
             accepts=("preset",),
         ),
     },

@@ -59,10 +59,11 @@ VIEWS = {
     "hazy": ("air.visibility=2km",),
 }
 GRASS = "grass"  # a view of nothing but grass, whose blades are far longer than they are wide
-SWEPT = ("eye level", "aerial", GRASS)  # the views in which metrics are compared
+SWEPT = ("eye level", "aerial", "hazy", GRASS)  # the views in which metrics are compared
 
-METRICS_TRIED = ("blake", "bounded", "solid_angle", "depth")
-GRASS_METRICS = ("blake", "bounded", "solid_angle")
+METRICS_TRIED = ("blake", "bounded", "solid_angle", "depth", "contrast_weighted")
+FEW_METRICS = {"hazy": ("blake", "contrast_weighted"), GRASS: ("blake", "bounded", "solid_angle")}
+"""The metrics that are tried in each view, and in those where not all are."""
 
 LEAST_SHARE = 0.005  # the share of the land's rays from which on a band of distance is judged
 
@@ -298,6 +299,12 @@ def _bytes(picture: np.ndarray) -> np.ndarray:
 Way = tuple[str, str, float]  # what is pruned, by which metric, and at which detail [px]
 
 
+def _details(metric: str, details: Sequence[float]) -> list[float]:
+    """Return the details at which a metric comes up to the errors of ``blake`` at these [px]."""
+    finer = METRICS[metric].finer if metric in METRICS else 1.0
+    return [*details] if finer == 1 else sorted({d * k * finer for d in details for k in (0.5, 1)})
+
+
 def cases(
     fields: int,
     size: str,
@@ -335,9 +342,9 @@ def cases(
     for number in range(sweep_fields):
         for view in swept:
             field, grass = Field(view, number, unseen, sweep_size, alike), view == GRASS
-            tried = (*(GRASS_METRICS if grass else METRICS_TRIED), *([metric] if metric else []))
+            tried = (*FEW_METRICS.get(view, METRICS_TRIED), *([metric] if metric else []))
             several = grass_details if grass else details
-            ways = tuple((SPECIES, name, detail) for name in tried for detail in several)
+            ways = tuple((SPECIES, name, d) for name in tried for d in _details(name, several))
             looks = Looks(tuple(sweep_samples), 0)
             made.append(partial(measure, "sweep", field, ways, looks, choose()))
     return made

@@ -22,7 +22,7 @@ from bench.records.records import Key, Point, grouped
 from lod.arrays import Reals
 from lod.errors import InputError
 
-READINGS = "blake", "bare", "bounded", "solid_angle", "depth"
+READINGS = "blake", "bare", "bounded", "solid_angle", "depth", "contrast_weighted"
 """The methods that are readings of the metric; all others are its baselines."""
 
 Rule = Literal["bands and FLIP", "FLIP alone"]

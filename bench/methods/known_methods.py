@@ -46,8 +46,9 @@ def metric_method(name: str, bare: bool = False, **more: float | str) -> Method:
             scene = scene.with_world(replace(scene.world, terrain=ground, fields=plain))
         return scene.with_preset(scene.preset.model_copy(update={"view": view})).input
 
-    about = METRICS[name].about
-    return Method(name, about, "Blake 1987, §2.4", "detail threshold τ [px]", DETAILS_PX, prepare)
+    metric, knob = METRICS[name], "detail threshold τ [px]"
+    settings = tuple(metric.finer * each for each in DETAILS_PX)
+    return Method(name, metric.about, "Blake 1987, §2.4", knob, settings, prepare)
 
 
 BARE = replace(
@@ -114,7 +115,7 @@ def _display_in_view(field: SpeciesField, view: View, copies: bool) -> Displayed
 METHODS: dict[str, Method] = {
     method.name: method
     for method in (
-        *map(metric_method, ("blake", "bounded", "solid_angle", "depth")),
+        *map(metric_method, ("blake", "bounded", "solid_angle", "depth", "contrast_weighted")),
         BARE,
         Method(
             "full",

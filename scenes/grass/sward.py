@@ -147,6 +147,7 @@ def ranked(tuft: Tuft) -> tuple[Tuft, ...]:
         wider = half_width * (1 / rank - 1)
         wider[0] = (half_width * (1 / LEAST - 1)).max()
         reach = {"R": h.R + wider, "B": h.B + wider[0] + SHADOW_M}
+        reach |= {"contrast_to_whole": np.ones(n)}  # a tuft shows nothing in place of a blade
         ranks = replace(h, P=P, **reach, stands_for=1 / rank)
         found.append(replace(tuft, hierarchy=ranks))
     return tuple(found)

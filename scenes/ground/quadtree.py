@@ -37,7 +37,7 @@ from jaxtyping import Int64
 
 from lod.arrays import Ints, Points, Reals, freeze
 from lod.kernels import njit
-from lod.metric import blake
+from lod.metric import blake, seen_by_contrast
 from lod.view import View
 from lod.viewing import perceptual_limits
 from scenes.ground.relief import Relief
@@ -239,6 +239,8 @@ def limits(relief: Relief, spacings: Reals, view: View) -> tuple[Reals, Reals, R
         for _ in range(_ROUNDS):
             tilt = seen_tilt(relief, spacings, height / np.maximum(found[0], 1e-9))
             found[0] = np.sqrt(found[0] * limit(priorities(relief, spacings, tilt), R, m))
+    if view.metric.by_contrast and view.conditions is not None:
+        found = seen_by_contrast(found, 1.0, view.conditions.extinction)
     if view.conditions is not None and view.metric.finite:
         contrast = np.full(len(R), GROUND_CONTRAST)
         pairs = zip(found, angles, strict=True)

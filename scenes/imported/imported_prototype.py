@@ -41,7 +41,7 @@ from scenes.imported.part_tree import PartTree
 from scenes.rig.rig import Motion, Rig, RiggedSticks, rest_motion
 from scenes.rig.rigged_prototype import RiggedPrototype
 from scenes.sticks.areas import ViewDependence, along, directions, frame_across
-from scenes.sticks.prototype import PartSticks, bounds_of_all_below, box_middles, part_contrast
+from scenes.sticks.prototype import PartSticks, bounds_of_all_below, box_middles, part_contrasts
 
 _PIECES = 48  # pieces of one mesh, about as many or more
 
@@ -60,7 +60,8 @@ def imported_prototype(name: str, tree: PartTree) -> RiggedPrototype:
     position = box_middles(tree.parent, tree.meshes.vertex_owner, tree.meshes.vertices)[tied]
     origin = rig.frames()[0]
     lengths = _lengths(tree, rig, joint, position, P, tied, leaf)
-    contrast = part_contrast(tree.parent, leaf, tints)[tied]
+    contrasts = (each[tied] for each in part_contrasts(tree.parent, leaf, tints))
+    hierarchy = Hierarchy(tree.parent, tree.level, position, *lengths, *contrasts)
     local = np.concatenate((np.zeros((1, 3)), origin))
     on = joint[leaf.owner]
     sticks = RiggedSticks.on(leaf, on, on, origin)
@@ -69,7 +70,7 @@ def imported_prototype(name: str, tree: PartTree) -> RiggedPrototype:
         name=name,
         rig=rig,
         joint=joint,
-        hierarchy=Hierarchy(tree.parent, tree.level, position, *lengths, contrast, fitted.overlap),
+        hierarchy=replace(hierarchy, overlap=fitted.overlap),
         inner=sticks.take(np.zeros(0, np.int64)),
         leaf=sticks,
         tints=tints,

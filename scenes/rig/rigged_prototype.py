@@ -41,7 +41,7 @@ from scenes.rig.rig import (
     to_object_frame,
 )
 from scenes.sticks.areas import ViewDependence, largest_area
-from scenes.sticks.prototype import Prototype, bounds_of_all_below, part_contrast
+from scenes.sticks.prototype import Prototype, bounds_of_all_below, part_contrasts
 
 P_POSES = 6
 """Random allowed poses in which leaf appearances that span joints are measured, besides rest and
@@ -184,8 +184,8 @@ def build_hierarchy(
     own, R, separation = own[twin], R[twin], separation[twin]
     position, B = rig.frames()[0][joint], bounds_of_all_below(parent, own, separation)
     lengths = max_over_tied(P, one), max_over_tied(R, one), B, separation
-    contrast = part_contrast(parent, leaf.posed(*rig.frames()), tints)[one]
-    return Hierarchy(parent, level, position, *lengths, contrast), joint
+    contrasts = (each[one] for each in part_contrasts(parent, leaf.posed(*rig.frames()), tints))
+    return Hierarchy(parent, level, position, *lengths, *contrasts), joint
 
 
 def _extent(rig: Rig, joint: int, tables: tuple[RiggedSticks, ...], parts: Ints) -> float:

@@ -24,6 +24,9 @@ all these counts, so that nothing visible is dropped. It is seldom below 1/2, be
 behind anything: objects get the classes 1, 2 and 5. A whole has at least the class of its parts,
 because they are in the cut only together with it.
 
+Contrast to the whole: under one light, the modulation of a part's mean albedo and that of the leaf
+appearance that is shown in its place. Where they match it is the least class, for the outlines.
+
 What is shown of one object: sticks, and the triangles of parts that are meshes.
 
 A part that owns parts has sticks of its own, which it shows as an inner node, or none; a part that
@@ -40,7 +43,7 @@ from jaxtyping import Float64, Int64
 
 from lod.arrays import ArrayData, Flags, FloatArray, Ints, Points, Reals, freeze
 from lod.errors import InputError
-from lod.eye import contrast_class, inherent_contrast
+from lod.eye import CONTRAST_CLASSES, contrast_class, inherent_contrast
 from lod.hierarchy import Hierarchy, max_over_tied, representative
 from lod.shapes import MeshTable, StickTable
 from scenes.sticks.areas import (
@@ -84,19 +87,25 @@ GROUND_CONTRAST = int(contrast_class(greatest_contrast(np.array(GROUND))).max())
 """Contrast class of the ground: a bump in the sun against shaded ground, or against the sky."""
 
 
-def part_contrast(parent: Ints, leaf: StickTable, tints: Float64[np.ndarray, "t 3"]) -> Ints:
-    """Compute the class of every part from its leaf appearance, (n,) rows of CONTRAST_CLASSES.
+def part_contrasts(
+    parent: Ints, leaf: StickTable, tints: Float64[np.ndarray, "t 3"]
+) -> tuple[Ints, Reals]:
+    """Compute ``contrast`` and ``contrast_to_whole`` of a Hierarchy from leaf appearances, (n,).
 
-    ``parent`` (n,) is the row of each part's whole, as in Hierarchy; ``tints`` are linear Rec.709.
+    ``parent`` (n,) is the row of each part's whole, as there; ``tints`` are linear Rec.709.
     """
     weight = mean_outline_areas(leaf)
     shine = weight * (tints @ np.array(LUMINANCE))[leaf.tint]
     parts = len(parent)
     shone, covered = (np.bincount(leaf.owner, column, parts) for column in (shine, weight))
-    found = contrast_class(greatest_contrast(shone / covered))
+    albedo = shone / covered
+    found = contrast_class(greatest_contrast(albedo))
+    to_whole = np.maximum(inherent_contrast(albedo, albedo[parent]), CONTRAST_CLASSES[0])
+    to_whole[parent < 0] = 1.0  # in place of the whole object nothing is shown
     for row in range(parts - 1, 0, -1):
-        found[parent[row]] = max(found[parent[row]], found[row])
-    return found
+        for each in (found, to_whole):
+            each[parent[row]] = max(each[parent[row]], each[row])
+    return found, to_whole
 
 
 @dataclass(frozen=True, eq=False)
@@ -192,8 +201,9 @@ def assemble_prototype(
         hierarchy = replace(hierarchy, overlap=places.overlap)
     # Prototype refuses what is bad, of which no contrast could be computed.
     prototype = Prototype(name, hierarchy, inner, leaf, tints, view_dependence, meshes)
-    contrast = part_contrast(parent, leaf, tints)[tied]
-    return replace(prototype, hierarchy=replace(hierarchy, contrast=contrast))
+    found = (each[tied] for each in part_contrasts(parent, leaf, tints))
+    contrasts = dict(zip(("contrast", "contrast_to_whole"), found, strict=True))
+    return replace(prototype, hierarchy=replace(hierarchy, **contrasts))
 
 
 def bounds_of_all_below(parent: Ints, extent: Reals, separation: Reals) -> Reals:

@@ -41,6 +41,8 @@ def test_arrays_cannot_be_written():
         ({"level": [0, 2, 1]}, r"level\[2\]"),
         ({"B": [2.0, 1.5, 0.5]}, r"B\[0\]"),
         ({"P": [2.0, 1.0]}, r"hierarchy\.P"),
+        ({"contrast_to_whole": [1.0, 0.0, 1.0]}, r"hierarchy\.contrast_to_whole"),
+        ({"contrast_to_whole": [1.0, 1.5, 1.0]}, r"hierarchy\.contrast_to_whole"),
         ({"overlap": [0.0, 1.0, 0.0]}, r"hierarchy\.overlap"),
     ],
 )

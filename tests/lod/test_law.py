@@ -47,7 +47,8 @@ def tree_of(seed, parts=20):
     for i in range(1, parts):
         level[i] = level[whole[i]] + 1
     contrast = chance.integers(0, len(CONTRAST_CLASSES), parts)
-    return Hierarchy(whole, level, position, P, R, B, separation, contrast)
+    to_whole = chance.uniform(0.1, 1, parts)
+    return Hierarchy(whole, level, position, P, R, B, separation, contrast, to_whole)
 
 
 def test_a_disc_by_hand():
@@ -75,7 +76,7 @@ SIGHTS = st.none() | st.builds(
 @given(seed=st.integers(0, 10**6), m=st.floats(1e-3, 0.5), sight=SIGHTS)
 def test_limits_by_chains_agree_with_the_pruners(seed, m, sight):
     tree = tree_of(seed)
-    for name in ("blake", "bounded", "solid_angle", "full"):
+    for name in LIMITS:
         assert chained_limits(tree, METRICS[name], m, sight) == pytest.approx(
             limit_distances(tree, METRICS[name], m, sight)
         )
@@ -88,10 +89,13 @@ def test_the_law_does_not_ask_the_pruner_how_far_one_sees(monkeypatch):
     assert (before < chained_limits(tree, METRICS["blake"], 0.01)).any()
     monkeypatch.setattr(WeightedDistance, "inverse", lambda *_: 1 / 0)
     monkeypatch.setattr(lod.metric, "perceptual_limits", lambda *_: 1 / 0)
+    monkeypatch.setattr(lod.metric, "seen_by_contrast", lambda *_: 1 / 0)
     assert (chained_limits(tree, METRICS["blake"], 0.01, sight) == before).all()
+    weighted = chained_limits(tree, METRICS["contrast_weighted"], 0.01, sight)
+    assert (weighted <= before).all() and (weighted < before).any()
 
 
-@pytest.mark.parametrize("name", ["blake", "solid_angle"])
+@pytest.mark.parametrize("name", ["blake", "solid_angle", "contrast_weighted"])
 @pytest.mark.parametrize("air", [None, 0.02])
 def test_the_net_gives_the_closed_form_on_flat_ground(name, air):
     tree = tree_of(3)

@@ -2,6 +2,7 @@
 
 import gc
 import weakref
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,7 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lod.hierarchy import Hierarchy
-from lod.metric import METRICS, limit_distances
+from lod.metric import METRICS, limit_distances, seen_by_contrast
+from lod.viewing import BlurWidths, ViewingConditions
 
 SIZES = st.floats(1e-3, 1e3)
 
@@ -19,6 +21,7 @@ BY_HAND = {
     "bounded": 201.0,
     "solid_angle": 200.0,
     "depth": 300.0,
+    "contrast_weighted": 300.0,
     "full": np.inf,
 }
 """Limit distances [m] of P = 2 m, R = 1 m at m = 0.01 rad."""
@@ -57,6 +60,41 @@ def chain_of_two():
         B=np.array([9.0, 6.0]),
         separation=np.array([0.0, 3.0]),
     )
+
+
+def test_by_contrast_a_limit_by_hand():
+    """C = 1/4 of D = 300 m in clear air; at β = 1/(75 m) x·exp(x) = 1: Lambert's Ω = 0.5671."""
+    assert seen_by_contrast(np.array([300.0]), 0.25, 0.0) == pytest.approx([75.0])
+    assert seen_by_contrast(np.array([300.0]), 0.25, 1 / 75) == pytest.approx([75 * 0.56714329])
+
+
+@given(
+    D=st.lists(SIZES, min_size=1, max_size=9).map(np.array),
+    contrast=st.floats(0.1, 1),
+    beta=st.floats(1e-6, 10),
+)
+def test_by_contrast_the_limit_is_the_one_root_and_only_takes(D, contrast, beta):
+    d = seen_by_contrast(D, contrast, beta)
+    assert (0 < d).all() and (d <= contrast * D).all()
+    assert contrast * np.exp(-beta * d) * D == pytest.approx(d)
+    thicker, larger = (
+        seen_by_contrast(D, contrast, 2 * beta),
+        seen_by_contrast(2 * D, contrast, beta),
+    )
+    assert (thicker <= d).all() and (d < larger).all()
+
+
+def test_by_contrast_air_is_that_of_the_view_and_the_clamp_is_kept():
+    """A part of C = 1/2 in haze: its own limit is W(β·C·D)/β, and 3 m less than its whole's."""
+    tree = replace(chain_of_two(), contrast_to_whole=np.array([1.0, 0.5]))
+    metric = METRICS["contrast_weighted"]
+    assert limit_distances(tree, metric, 0.1).tolist() == pytest.approx([20.0, 17.0])
+    small = replace(tree, P=np.array([1.0, 0.5]))
+    assert limit_distances(small, metric, 0.1).tolist() == pytest.approx([20.0, 7.5])
+    hazy = ViewingConditions(BlurWidths(0.1), 0.1, acuity=False)
+    own = seen_by_contrast(np.array([20.0, 15.0]), np.array([1.0, 0.5]), 0.1)
+    found = limit_distances(small, metric, 0.1, hazy)
+    assert found.tolist() == pytest.approx([own[0], min(own[1], own[0] - 3)])
 
 
 def test_a_part_larger_than_its_whole_is_clamped_to_it():

@@ -193,6 +193,17 @@ def test_fields_have_suns_in_turn_and_full_runs_judge_what_nobody_looked_at():
     assert not {f.preset(0).seed for f in quick} & {f.preset(1).seed for f in quick}
 
 
+def test_weighted_by_contrast_details_are_finer_and_haze_is_swept_by_two_metrics():
+    swept = {
+        f.view: ways for what, f, ways, *_ in (c.args for c in cases(**FULL)) if what == "sweep"
+    }
+    for view in ("eye level", "aerial", "hazy"):
+        by = {m: [d for _, metric, d in swept[view] if metric == m] for _, m, _ in swept[view]}
+        assert by["blake"] == DETAILS
+        assert by["contrast_weighted"] == pytest.approx([1 / 16, 1 / 8, 1 / 4, 1 / 2, 1])
+    assert set(by) == {"blake", "contrast_weighted"}
+
+
 @pytest.mark.slow
 def test_a_field_is_measured_and_pruned_apart():
     what, field, ways, _, variant = next(c.args for c in cases(**QUICK) if len(c.args[2]) > 1)

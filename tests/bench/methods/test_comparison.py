@@ -123,6 +123,23 @@ def test_a_copy_ties_and_the_better_of_two_baselines_counts():
     assert {each.condition["error by"] for each in alone} == {RULES[1]}
 
 
+def test_weighted_by_contrast_the_metric_stands_beside_blake_alone():
+    """Twice blake's time is refuted, however little others take, and is nobody's baseline."""
+    every = {"blake": (8, 4, 2), "contrast_weighted": (16, 8, 4), "discrete": (2, 1, 1)}
+    both = [p for field in (0, 1) for arm, times in every.items() for p in rows(arm, times, field)]
+    found = {
+        (c.estimand.split(", ")[-1], c.condition["baseline"]): c
+        for c in EXPERIMENT.judged(tuple(both))
+        if c.estimand.startswith("time") and c.condition["error by"] == RULES[0]
+    }
+    weighted = found["contrast_weighted ÷ best baseline", "blake"]
+    assert (weighted.measured, weighted.verdict) == (pytest.approx(2.0), "refuted")
+    assert set(found) == {
+        (f"{m} ÷ best baseline", b)
+        for m, b in (("contrast_weighted", "blake"), ("blake", "discrete"))
+    }
+
+
 def test_fields_pass_together():
     """What one field covers too little another covers too much: the world is not off."""
     both = [

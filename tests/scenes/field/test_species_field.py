@@ -36,7 +36,8 @@ def prototype_from(chance):
     for i in range(1, parts):
         level[i] = level[whole[i]] + 1
     contrast = chance.integers(0, len(CONTRAST_CLASSES), parts)
-    hierarchy = Hierarchy(whole, level, position, P, R, B, separation, contrast)
+    to_whole = chance.uniform(0.1, 1, parts)
+    hierarchy = Hierarchy(whole, level, position, P, R, B, separation, contrast, to_whole)
     table = StickTable(
         first=np.arange(parts + 1),
         start=position,
@@ -90,7 +91,15 @@ def alone(hierarchy, i, metric, m, sight):
         "bounded": P / m + R,
         "solid_angle": P / m,
         "full": math.inf,
+        "contrast_weighted": (P + R) / m * hierarchy.contrast_to_whole[i],
     }[metric]
+    if metric == "contrast_weighted" and sight is not None and sight.extinction > 0:
+        near, far = 0.0, clear
+        for _ in range(100):
+            middle = (near + far) / 2
+            passes = middle < clear * math.exp(-sight.extinction * middle)
+            near, far = (middle, far) if passes else (near, middle)
+        clear = far
     if sight is None or metric == "full":
         return clear
     W = sight.weighted(CONTRAST_CLASSES[hierarchy.contrast[i]], m)

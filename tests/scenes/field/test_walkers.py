@@ -117,6 +117,7 @@ def limits(h, metric, m):
         "bounded": h.P / m + h.R,
         "solid_angle": h.P / m,
         "full": np.full(len(h), np.inf),
+        "contrast_weighted": h.contrast_to_whole * (h.P + h.R) / m,
     }[metric]
     D = own.copy()
     for i in range(1, len(h)):

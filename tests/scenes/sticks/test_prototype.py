@@ -23,7 +23,7 @@ from scenes.sticks.prototype import (
     Prototype,
     assemble_prototype,
     greatest_contrast,
-    part_contrast,
+    part_contrasts,
 )
 from scenes.trees.species import CALM_SUMMER, tree_species
 from scenes.trees.tree import tree_prototypes
@@ -208,6 +208,33 @@ def test_no_modulation_left_is_above_what_the_class_promises(albedo, light, grou
         assert abs(seen - other) / (seen + other) <= bound * (1 + 1e-9)
 
 
+def test_a_whole_has_at_least_the_class_of_its_parts():
+    """A black whole, a black part and on it a white one; beside them a grey one."""
+    whole = np.array([-1, 0, 1, 0])
+    table = StickTable(
+        first=np.arange(5),
+        start=np.zeros((4, 3)),
+        end=np.ones((4, 3)),
+        start_radius=np.ones(4),
+        end_radius=np.ones(4),
+        tint=np.array([0, 0, 1, 2]),
+    )
+    tints = np.array([[0.01] * 3, [0.9] * 3, [0.2] * 3])
+    contrast, to_whole = part_contrasts(whole, table, tints)
+    assert contrast.tolist() == [5, 5, 5, 3]
+    assert to_whole == pytest.approx([1, 0.89 / 0.91, 0.89 / 0.91, 0.19 / 0.21])
+
+
+def test_a_part_that_matches_its_whole_has_the_least_contrast_to_it():
+    """And a dark one beside a bright whole as much as a bright one beside a dark whole."""
+    ends = np.zeros((3, 3)), np.ones((3, 3)), np.ones(3), np.ones(3)
+    tints = np.array([[0.3] * 3, [0.1] * 3])
+    for tint in ([0, 0, 1], [1, 1, 0]):
+        table = StickTable(np.arange(4), *ends, np.array(tint))
+        found = part_contrasts(np.array([-1, 0, 0]), table, tints)[1]
+        assert found == pytest.approx([1.0, CONTRAST_CLASSES[0], 0.5])
+
+
 def test_the_mean_is_by_area_and_by_luminance():
     """A small white stick on a large black one changes nothing; pure blue is dark."""
     table = StickTable(
@@ -219,7 +246,7 @@ def test_the_mean_is_by_area_and_by_luminance():
         tint=np.array([0, 1, 2]),
     )
     tints = np.array([[0.01] * 3, [1.0] * 3, [0.0, 0.0, 1.0]])
-    assert part_contrast(np.array([-1, -1]), table, tints).tolist() == [3, 3]
+    assert part_contrasts(np.array([-1, -1]), table, tints)[0].tolist() == [3, 3]
 
 
 @pytest.mark.parametrize("model", sorted(MODELS))
