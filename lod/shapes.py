@@ -211,7 +211,7 @@ class MeshTable(ArrayData):
         found, some = np.ones(len(first)), last > first
         corners = np.stack((first, first + 1, last - 1), axis=1)[some]
         area = np.bincount(self.owner, _areas_above(self.vertices, self.faces), len(first))
-        found[some] = area[some] / _areas_above(self.vertices, corners)
+        found[some] = area[some] / np.maximum(_areas_above(self.vertices, corners), 1e-300)
         return found
 
     @property

@@ -40,14 +40,14 @@ def visible_areas(
 
 
 def first_met(
-    table: StickTable, direction: Float64[np.ndarray, "3"], spacing: float, reach: int
+    shown: StickTable | Shapes, direction: Float64[np.ndarray, "3"], spacing: float, reach: int
 ) -> Int64[np.ndarray, "rows columns"]:
-    """Find the row of the stick that each ray of a grid meets first, −1 where it meets none.
+    """Find the row of the shape that each ray of a grid meets first, −1 where it meets none.
 
     The grid reaches ``reach`` rays to each side of the origin of the object's frame; ``spacing`` of
     the rays [m].
     """
-    return _first_met(*_columns(table), np.ascontiguousarray(direction), spacing, reach)
+    return _first_met(*_columns(shown), np.ascontiguousarray(direction), spacing, reach)
 
 
 def _columns(shown: StickTable | Shapes) -> tuple[np.ndarray, ...]:

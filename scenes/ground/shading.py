@@ -213,6 +213,9 @@ class GroundMaterials:
 
 GROUND_MATERIALS = {
     "grassy": GroundMaterials(*GRASS, (0.150, 0.112, 0.072), 0.45, 0.85),
+    "trodden": GroundMaterials(
+        (0.074, 0.107, 0.034), (0.185, 0.166, 0.082), (0.180, 0.139, 0.090), -0.02, 0.10
+    ),
     "bare": GroundMaterials(
         (0.150, 0.118, 0.085), (0.260, 0.225, 0.175), (0.200, 0.190, 0.178), 0.35, 0.75
     ),
@@ -220,7 +223,8 @@ GROUND_MATERIALS = {
         (0.060, 0.098, 0.030), (0.140, 0.135, 0.070), (0.155, 0.147, 0.138), 0.40, 0.80, -0.1
     ),
 }
-"""Grass and earth; gravel and rock; alpine grass and rock under snow."""
+"""Grass and earth; short dry turf, worn down to earth in patches, for here the bare ground of steep
+places begins on the level; gravel and rock; alpine grass and rock under snow."""
 
 SNOW = (0.80, 0.83, 0.87)
 _SNOW_EDGE = 0.5  # range of heights over which snow thins out, in units of the relief's RMS
@@ -228,7 +232,7 @@ _SNOW_EDGE = 0.5  # range of heights over which snow thins out, in units of the 
 _SNOW_FROM, _SNOW_TO = 0.75, 1.15
 """Tangents of the slopes on which snow begins to slide, and on which none stays."""
 
-_SIDES = 2.0 ** np.arange(10, -4, -1)  # sizes of patches, from 1024 m to 0.125 m across
+_SIDES = 2.0 ** np.arange(10, -5, -1)  # sizes of patches, from 1024 m to 0.0625 m across
 
 _FALL = 0.92
 """Ratio of the RMS of octaves of patches to that of patches twice as large, as in vegetation."""

@@ -262,32 +262,32 @@ class PlumeKind:
 
 
 SMOKE = PlumeKind(
-    rate=5.0,
+    rate=10.0,
     life_s=9.0,
-    particles=240,
+    particles=1920,
     height=13.0,
     lean=5.0,
     mouth=0.12,
     wander=0.7,
     young=0.16,
     old=1.5,
-    grain=0.03,
+    grain=0.0075,
     stretch=1.0,
     colours=((0.16, 0.15, 0.14), (0.30, 0.30, 0.30), (0.42, 0.42, 0.43)),
 )
 """Smoke of a wood fire in light wind; chosen by eye."""
 
 FLAMES = PlumeKind(
-    rate=26.0,
+    rate=40.0,
     life_s=0.9,
-    particles=32,
+    particles=128,
     height=1.05,
     lean=0.14,
     mouth=0.24,
     wander=0.07,
-    young=0.15,
-    old=0.05,
-    grain=0.13,
+    young=0.1,
+    old=0.03,
+    grain=0.09,
     stretch=3.0,
     colours=((0.9, 0.22, 0.02), (0.7, 0.12, 0.008), (0.45, 0.05, 0.002), (0.2, 0.012, 0.0005)),
     glows=True,
@@ -334,7 +334,7 @@ class Plume(ParticleSystem):
         kind, n = self.kind, self.kind.particles
         widest = max(kind.young, kind.old)
         half = LARGEST * kind.grain * kind.stretch
-        reach = widest * (1 + half * math.sqrt(max(PARTICLES_PER_BALL, n / CLUMPS)))
+        reach = widest * (kind.stretch + half * math.sqrt(max(PARTICLES_PER_BALL, n / CLUMPS)))
         axis = self.axis(np.linspace(0, 1, 257))
         bend = float(np.linalg.norm(axis - self.axis(np.array([0.5])), axis=1).max())
         separation = 1.01 * bend + kind.mouth + kind.wander
@@ -349,7 +349,7 @@ class Plume(ParticleSystem):
             P=side * np.sqrt([n * live, n, 1]) * self.size,
             R=R,
             B=R * (1 + 1e-9),
-            separation=np.array([0.0, separation, widest]) * self.size,
+            separation=np.array([0.0, separation, kind.stretch * widest]) * self.size,
         )
         return (sizes,)
 
@@ -447,9 +447,19 @@ class Plume(ParticleSystem):
         return Puffs(age, middle, self.size * np.maximum(radius, _LEAST_SIZE), size)
 
     def members(self, birth: Ints, number: Ints) -> tuple[Points, Reals]:
-        """Place particles in puffs of radius 1, (n, 3), with sizes over the mean, (n,)."""
+        """Place particles in puffs of radius 1, (n, 3), with sizes over the mean, (n,).
+
+        Smoke is densest in the middle and thins out to nothing at the edge. Of flames a puff is a
+        tongue, pointed at its top, so many times as high as wide as its particles are.
+        """
         u = self._units(birth, number + 1, 0)
-        return points_in_ball(u), SMALLEST + (LARGEST - SMALLEST) * u[:, 3]
+        size = SMALLEST + (LARGEST - SMALLEST) * u[:, 3]
+        if self.kind.glows:
+            place = points_in_ball(u)
+            taper = (1 - place[:, 2]) / 2
+            return place * np.stack((taper, taper, 0 * taper + self.kind.stretch), axis=1), size
+        u[:, 0] = (0.5 - np.sin(np.arcsin(1 - 2 * u[:, 0]) / 3)) ** 3  # 3r² - 2r³ lie within r
+        return points_in_ball(u), size
 
     def axis(self, age: Reals) -> Points:
         """Compute the path of a puff by age in a plume of size 1 that does not wind, (n, 3) [m]."""

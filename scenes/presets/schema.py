@@ -410,7 +410,7 @@ class TerrainPreset(Table):
         PowerOfTwo, key("finest spacing of the mesh [m], a power of two", least=2**-5, most=1)
     ] = 0.25
     ridged: bool = key("whether the relief has crests, as mountains do", False)
-    cover: Literal["grassy", "bare", "snowy"] = key("what lies on the ground", "grassy")
+    cover: Literal["grassy", "trodden", "bare", "snowy"] = key("what lies on the ground", "grassy")
 
 
 class RenderPreset(Table):

@@ -95,7 +95,9 @@ class Foliage:
     """The foliage: leaves as short cones, several on each twig; for a conifer, shoots with needles.
 
     The tree is bare in a season that ``albedo`` lacks. Two-ranked leaves stand level on either side
-    of the twig, as in a comb.
+    of the twig, as in a comb. Flat ones are drawn as leaves that cover as much as the cones on
+    average, which asks for cones whose length is more than twice the radius of their base: wider
+    leaves would reach beyond R, and are refused.
     """
 
     __pydantic_config__ = CLOSED
@@ -108,6 +110,7 @@ class Foliage:
     upturn: float
     albedo: dict[Season, Shades] = field(hash=False)
     two_ranked: bool = False
+    flat: bool = False
     forward_lean: float = 0.5
 
 

@@ -7,6 +7,10 @@ branch is its own chain of sticks. Its leaf appearance is a few blobs and what i
 chain, which cover on average over directions what the hidden branches and leaves would
 (``scenes.appearance``).
 
+Where a species says so, leaves are drawn flat, folded a little along the midrib and turned at
+random about it. In the mean over directions each covers as much as the stick that it is counted as,
+by which P, R, B and all shapes above it are fitted; their tone is fitted to the leaves.
+
 In the wind the trunk bends at three joints, and each limb turns at its base with all that it bears;
 branches, twigs and leaves ride on their limb. Angles are sums of a few harmonics of one long cycle,
 so that a tree sways evenly and comes back to where it began. Drag grows as the square of the wind's
@@ -34,10 +38,12 @@ import numpy as np
 from jaxtyping import Float64
 
 from lod.arrays import Ints, Points, Reals, expand
-from lod.shapes import StickTable
+from lod.hierarchy import Hierarchy
+from lod.shapes import MeshTable, StickTable
 from scenes.appearance.fit import fit_appearances
 from scenes.rig.rig import Motion, Rig, RiggedSticks, from_euler, key_phases
 from scenes.rig.rigged_prototype import RiggedPrototype
+from scenes.sticks.areas import mean_outline_areas
 from scenes.sticks.prototype import PartPlaces, PartSticks, Prototype, assemble_prototype
 from scenes.trees.species import BranchLevel, Foliage, TreeSpecies
 
@@ -300,7 +306,8 @@ def _prototype(name: str, tree: GrownTree) -> Prototype:
     if leaves:  # and every leaf
         counts.append(leaves)
         columns = foliage.start, foliage.end, foliage.start_radius, foliage.end_radius
-        tables.append(StickTable.of(leaves, np.arange(leaves), *columns, tree.foliage_tint))
+        grown = StickTable.of(leaves, np.arange(leaves), *columns, tree.foliage_tint)
+        tables.append(grown)
     row = [0, *np.cumsum(counts).tolist()]  # first of each level, and the number of parts
     above = [row[k - 1] + levels[k].parent for k in range(1, len(levels))]
     bases = [level.nodes[:, 0] for level in levels[1:]]
@@ -310,13 +317,60 @@ def _prototype(name: str, tree: GrownTree) -> Prototype:
     own = StickTable.merge([t.with_owner(row[-1], t.owner + row[k]) for k, t in enumerate(tables)])
     parts = PartSticks(parent, level, own, tree.palette)
     fitted = fit_appearances(parts)
-    return assemble_prototype(
+    counted = assemble_prototype(
         name,
         PartPlaces(parent, level, origin, fitted.overlap),
         own.only(parts.owns),
         fitted.leaf,
         tints=tree.palette,
         view_dependence=fitted.view_dependence,
+    )
+    if not leaves or tree.species.foliage is None or not tree.species.foliage.flat:
+        return counted
+    return replace(counted, meshes=_flat_leaves(grown, tree.palette, counted.hierarchy))
+
+
+_OUTLINE = np.array(((0, 0), (0.3, -1), (0.3, 1), (0.72, -0.95), (0.72, 0.95), (1, 0)))
+_HALVES = np.array(((0, 1, 3), (0, 3, 5), (0, 4, 2), (0, 5, 4)))
+"""Corners of a leaf, along it over its length and across it over half its width, and triangles."""
+
+_OUTLINE_AREA = 1.385
+_FOLD = math.radians(15)
+"""Area of the outline, and how far either half of a leaf is turned up about its midrib [rad]."""
+
+
+def _flat_leaves(sticks: StickTable, palette: Points, h: Hierarchy) -> MeshTable:
+    """Make a folded leaf of each stick; those are the last parts of a hierarchy."""
+    n, first, (x, y) = len(sticks), len(h) - len(sticks), _OUTLINE.T[:, None, :, None]
+    along = sticks.end - sticks.start
+    length = np.linalg.norm(along, axis=1) + sticks.start_radius + sticks.end_radius
+    along = _unit(along)
+    # Of a folded leaf (1 + cos)/4 of the area is seen on average over directions.
+    width = 4 * mean_outline_areas(sticks) / (_OUTLINE_AREA * (1 + math.cos(_FOLD)) * length)
+    base = (sticks.start - sticks.start_radius[:, None] * along)[:, None]
+    spine = base + x * length[:, None, None] * along[:, None]
+    side, other = _across(along)
+    turn = 2 * np.pi * ((np.arange(n) * (math.sqrt(5) - 1) / 2) % 1)[:, None]  # evenly (Weyl)
+    across, twig = np.cos(turn) * side + np.sin(turn) * other, h.parent[first:]
+    from_twig = spine.mean(axis=1) - h.position[twig]
+    for _ in range(2):
+        face = np.cross(along, across)[:, None]
+        aside = y * math.cos(_FOLD) * across[:, None] + np.abs(y) * math.sin(_FOLD) * face
+        vertices = spine + width[:, None, None] * aside
+        reach = np.linalg.norm(vertices - h.position[twig][:, None], axis=2).max(axis=1)
+        # A leaf that would reach beyond the R of its twig is turned across the way from there.
+        across = np.where((reach > h.R[twig])[:, None], _unit(np.cross(along, from_twig)), across)
+    normals = _unit(face - np.sign(y) * math.tan(_FOLD) * across[:, None])
+    corners, faces = len(_OUTLINE), len(_HALVES)
+    own = np.maximum(np.arange(len(h) + 1) - first, 0)
+    return MeshTable(
+        corners * own,
+        faces * own,
+        vertices.reshape(-1, 3),
+        spine.reshape(-1, 3),
+        normals.reshape(-1, 3),
+        np.repeat(palette[sticks.tint], corners, axis=0),
+        (_HALVES + corners * np.arange(n)[:, None, None]).reshape(-1, 3),
     )
 
 

@@ -32,6 +32,7 @@ from scenes.presets.load import load_preset
 from scenes.render import variants
 from scenes.render.render import render_frame
 from scenes.scene import Scene
+from scenes.sticks.prototype import LUMINANCE
 from tests.scenes.ground.grounds import HILLS, cut_and_mesh, view_of
 
 
@@ -79,6 +80,20 @@ def test_small_patches_leave_the_mean_of_their_albedo():
         fine = ground_colours(*same, 0.125 * one, materials)
         coarse = ground_colours(*same, 4096.0 * one, materials)
         assert coarse.mean(axis=0) == pytest.approx(fine.mean(axis=0), abs=0.03), cover
+
+
+def test_trodden_turf_is_worn_to_earth_in_patches_and_about_as_light_as_grass():
+    xy = np.random.default_rng(2).uniform(0, 40_000, (40_000, 2))
+    one = np.ones(len(xy))
+    same = 4, Corner(0, 0), xy, 0 * one, 0.02 * one, 0 * one
+    turf, grass = GROUND_MATERIALS["trodden"], GROUND_MATERIALS["grassy"]
+    fine, coarse = (ground_colours(*same, s * one, turf) for s in (0.0625, 4096.0))
+    assert coarse.mean(axis=0) == pytest.approx(fine.mean(axis=0), rel=0.05)
+    earthy = (fine[:, 0] > 1.15 * fine[:, 1]).mean()
+    green = (fine[:, 0] < fine[:, 1]).mean()
+    assert 0.1 < earthy < 0.5 < green + earthy and green > 0.2
+    light = (ground_colours(*same, one, each).mean(axis=0) @ LUMINANCE for each in (turf, grass))
+    assert next(light) == pytest.approx(next(light), rel=0.1)
 
 
 RIDGES = Terrain(9, 190.0, 4096.0, 0.95, reach=6000.0, ridged=True)

@@ -197,7 +197,7 @@ def test_grains_settle_by_stokes_law():
     assert speed == pytest.approx([0.01795, 0.2873], rel=1e-3)
 
 
-@pytest.mark.parametrize("cover", ["bare", "grassy", "snowy"])
+@pytest.mark.parametrize("cover", ["bare", "grassy", "trodden", "snowy"])
 def test_a_deep_layer_of_its_grains_has_the_colour_of_the_ground(cover):
     soil = replace(SOIL, cover=cover)
     gamma = np.sqrt(1 - soil.grain)

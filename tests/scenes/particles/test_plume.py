@@ -83,8 +83,8 @@ def test_it_stands_in_the_plane_wherever_the_frame_counts_from():
 
 def test_from_afar_a_plume_is_a_few_large_puffs():
     it = plume()
-    near, far = (len(prune(it, view(detail=detail))) for detail in (0.2, 40.0))
-    assert near > 3000 and 1 <= far < 60
+    near, far = (len(prune(it, view(detail=detail))) for detail in (0.1, 40.0))
+    assert near > 3000 and 1 <= far < 120
     parts = prune(it, view(detail=1e-3)).parts
     assert len(drawn(it, parts.take(parts.level == 1))) == (
         np.count_nonzero(parts.level == 1) * SMOKE.particles // PARTICLES_PER_BALL

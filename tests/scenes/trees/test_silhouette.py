@@ -18,12 +18,13 @@ import pytest
 from lod.camera import Corner, camera_from_heading
 from lod.metric import METRICS, limit_distances
 from lod.pruner import blend_weights, prune
-from lod.shapes import StickTable
+from lod.shapes import StickTable, batches_of
 from lod.view import View
 from scenes.appearance.visible_area import first_met, visible_areas
 from scenes.field.species_field import Placed
 from scenes.model_files import tree_species_names
 from scenes.sticks.areas import area_shares_at, directions, with_area_share
+from scenes.sticks.prototype import Shapes
 from scenes.trees.species import tree_species
 from scenes.trees.tree import tree_prototypes
 from tests.scenes.flat_ground import FlatGround
@@ -47,17 +48,21 @@ def view_from(away, fade=0.0):
 
 
 def displayed(p, view):
-    """What is displayed of the tree, by the direction that it is seen from: one table of sticks and
-    the colour of each; and which of its parts."""
+    """What is displayed of the tree, by the direction that it is seen from: its shapes, and the
+    colour of each; and which of its parts."""
     tree = Placed(p.name, p, 0.0, 0.0, 0.0, FlatGround())
     cut = prune(tree, view)
     weights = blend_weights(cut, view)
 
     def toward(direction):
         rise = np.full(len(weights), direction[2])
-        s = tree.appearance(cut.parts, replace(weights, sin_elevation=rise))
+        s, *flat = batches_of(tree.appearance(cut.parts, replace(weights, sin_elevation=rise)))
         columns = (s.start, s.end, s.start_radius, s.end_radius)
-        return StickTable(np.array([0, len(s)]), *columns, np.arange(len(s))), s.tints[s.tint]
+        sticks = StickTable(np.array([0, len(s)]), *columns, np.arange(len(s)))
+        corners = [np.zeros((0, 3, 3)), *(each.vertices[each.faces] for each in flat)]
+        colours = [np.zeros((0, 3)), *(each.colours[each.faces].mean(axis=1) for each in flat)]
+        shown = Shapes(sticks, np.concatenate(corners), np.concatenate(colours))
+        return shown, shown.albedos(s.tints[s.tint])
 
     return toward, np.sort(cut.parts.part)
 

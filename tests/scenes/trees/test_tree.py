@@ -15,11 +15,13 @@ import numpy as np
 import pytest
 
 from lod.errors import InputError
+from scenes.appearance.visible_area import visible_areas
 from scenes.model_files import tree_species_names
 from scenes.models.catalogue import model_prototypes
 from scenes.rig.rig import from_euler
 from scenes.rig.rigged_prototype import RiggedPrototype
-from scenes.sticks.prototype import Prototype
+from scenes.sticks.areas import directions, mean_outline_areas
+from scenes.sticks.prototype import Prototype, Shapes
 from scenes.trees.species import SEASONS, Weather, read_species, tree_species
 from scenes.trees.tree import grow_tree, swaying_trees, tree_prototypes
 from tests.scenes.figures.motion_phase import at_phase
@@ -70,6 +72,33 @@ class TestStanding:
         trunk = slice(p.inner.first[0], p.inner.first[1])
         assert p.inner.start[trunk][0, 2] == pytest.approx(-tree_species(kind).trunk.root_depth)
         assert p.inner.start[trunk][1] == pytest.approx(0)
+
+
+@pytest.mark.parametrize("name", ["tree", "shrub"])
+class TestFlatLeaves:
+    """They are drawn, and the cones counted: alike in cover, and within the cones' limits."""
+
+    def test_they_cover_what_the_cones_do(self, name):
+        p = tree(name)
+        leaves = np.flatnonzero(p.has_mesh)
+        assert np.array_equal(leaves, np.flatnonzero(p.hierarchy.level == p.hierarchy.level.max()))
+        spread = directions(64)
+        for leaf in leaves[:: len(leaves) // 8]:
+            only = np.arange(len(p.hierarchy)) == leaf
+            flat = Shapes.of(p.leaf.only(only & False), p.meshes.only(only))
+            seen = visible_areas(flat, spread, 2e-3).sum(axis=1).mean()
+            assert seen == pytest.approx(mean_outline_areas(p.leaf.only(only))[0], rel=0.03)
+
+    def test_they_reach_no_farther_and_face_as_they_lie(self, name):
+        p = tree(name)
+        h, meshes = p.hierarchy, p.meshes
+        leaf = meshes.vertex_owner
+        for whole in (leaf, h.parent[leaf]):
+            far = np.linalg.norm(meshes.vertices - h.position[whole], axis=1)
+            assert (far <= h.R[whole] * (1 + 1e-9)).all()
+        a, b, c = (meshes.vertices[meshes.faces[:, k]] for k in range(3))
+        ahead = np.cross(b - a, c - a)[:, None] * meshes.normals[meshes.faces]
+        assert (ahead.sum(axis=2) > 0).all()
 
 
 class TestSeasons:
