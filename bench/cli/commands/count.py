@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 @memory_flag
 @click.option("--frame", type=click.IntRange(1, 999_999), default=1, help="Frame number, from 1.")
 def command(preset: str, frame: int, out: Output, max_memory: int | None, **flags: Any) -> None:
-    """Objects and parts of one frame: examined, displayed, predicted."""
+    """Count objects and parts of one frame, examined and displayed, beside the prediction."""
     chosen = preset_from_flags(preset, **flags)
     from bench.frame_counts import Stopwatch, count
     from scenes.render.budget import within_budget

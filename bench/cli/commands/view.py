@@ -23,7 +23,7 @@ def command(
     overwrite: bool,
     out: Output,
 ) -> None:
-    """A frame as the picture that `render --preview` makes, and the factor on its light."""
+    """Write a frame as the picture of `render --preview`, and print the factor on its light."""
     from scenes.render.exr.layer_file import read_exr
     from scenes.render.pictures import PictureStyle, preview
 
