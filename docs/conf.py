@@ -41,6 +41,8 @@ autodoc_member_order = "bysource"
 autodoc_preserve_defaults = True
 
 html_theme = "furo"
+html_static_path = ["static"]
+html_css_files = ["page.css"]
 html_theme_options = {
     "light_css_variables": {
         "sidebar-caption-font-size": "0.8125rem",
@@ -55,7 +57,9 @@ _FOR_KEYBOARDS_AND_READERS = """
 document.addEventListener("DOMContentLoaded", () => {
   const set = (which, name, value) =>
     document.querySelectorAll(which).forEach((each) => each.setAttribute(name, value));
-  const wide = { pre: "Code", ".table-wrapper": "Table", ".math-wrapper": "Formula" };
+  const wide = {
+    pre: "Code", ".table-wrapper": "Table", ".math-wrapper": "Formula", "p:has(> img)": "Picture",
+  };
   const scroll = () => Object.entries(wide).forEach(([which, name]) =>
     document.querySelectorAll(which).forEach((each) => {
       const scrolls = each.scrollWidth > each.clientWidth;
