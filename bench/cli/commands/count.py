@@ -33,7 +33,7 @@ def command(preset: str, frame: int, out: Output, max_memory: int | None, **flag
         preflight(scene, (), max_memory)
         world = scene.world
     with progress_bar("step") as show:
-        show(0, 1, "memory")
+        show(0, 1, "estimating memory")
         with watch.stage("estimate"):
             estimated = preflight(scene, (frame,), max_memory)
         ground = estimated.ground if estimated else None

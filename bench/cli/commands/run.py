@@ -11,7 +11,7 @@ import click
 from click.shell_completion import CompletionItem
 
 from bench.cli.flags import StrictCommand, complete_preset, memory_flag_of_all, value_option
-from bench.cli.output import Output, duration_text, progress_bar, table
+from bench.cli.output import Output, duration_text, progress_bar, table, tell_first_run
 from bench.runs import CaseExecutor, dask_executor
 from lod.errors import InputError
 from scenes.files import make_folder
@@ -87,6 +87,7 @@ def command(
     own: dict[Own, Any] = {"metric": metric, "stems": stems, "preset": preset}
     asked = _asked(experiments, cluster, quick, seed, own)
     place = make_folder(folder)
+    tell_first_run()
     with owned(place, uuid.uuid4().hex, "measures there", out.note):
         kept = journal(place)
         if again:

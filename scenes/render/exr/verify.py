@@ -11,16 +11,9 @@ from pathlib import Path
 import numpy as np
 
 from lod.errors import InputError
-from scenes.files import (
-    stray_partials,
-)
+from scenes.files import stray_partials
 from scenes.presets.schema import Preset
-from scenes.render.exr.header import (
-    Record,
-    Settings,
-    preset_from_settings,
-    software,
-)
+from scenes.render.exr.header import Record, Settings, preset_from_settings, software
 from scenes.render.exr.layer_file import channel_types, read_pixels
 from scenes.render.exr.sequence import (
     Job,

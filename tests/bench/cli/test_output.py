@@ -17,7 +17,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bench.cli.flags import StrictCommand
-from bench.cli.output import TimeLeft, bars_are_shown, frame_progress, progress_bar, progress_shown
+from bench.cli.output import (
+    TimeLeft,
+    _Doing,
+    bars_are_shown,
+    frame_progress,
+    progress_bar,
+    progress_shown,
+)
 from scenes.processes.progress import tell, work
 
 
@@ -60,6 +67,18 @@ def test_a_time_left_that_grows_is_told_as_a_bound():
     assert told == [f", {each} s left" for each in ["80", *bounds, "70"]]
 
 
+def test_steps_with_names_of_their_own_share_one_time_left(monkeypatch):
+    doing, now, said = _Doing(), [0.0], []
+    monkeypatch.setattr("bench.cli.output.time.monotonic", lambda: now[0])
+    for now[0], *told in ((0, "one", 0, 10), (50, "two", 5, 10), (52, "a kernel", 0, 0)):
+        doing.tell(*told)
+        said.append(str(doing))
+    now[0] = 63.0
+    assert [*said, str(doing)] == ["one 0/10", "two 5/10, 50 s left", "a kernel", said[1]]
+    doing.tell("three", 6, 10)
+    assert str(doing) == "three 6/10, 42 s left"
+
+
 @given(st.lists(st.tuples(st.floats(1, 89), st.floats(0, 30)), min_size=2))
 def test_no_time_left_rises_by_more_than_a_tenth(estimates):
     left, now, before = TimeLeft(), 0.0, math.inf
@@ -88,7 +107,7 @@ def test_no_bar_stands_beside_json(flags, shown, monkeypatch):
 
 def test_a_frame_tells_what_is_made_for_it_and_how_long_that_takes(monkeypatch, capsys):
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
-    clock = iter((100.0, 106.0))
+    clock = iter((100.0, 100.0, 106.0, 106.0))
     monkeypatch.setattr("bench.cli.output.time.monotonic", lambda: next(clock))
     with frame_progress(2) as frames:
         for done in (1.0, 3.0):
