@@ -106,10 +106,10 @@ def test_verify_finds_and_repairs(lodbench: Lodbench, tmp_path: Path) -> None:
 def test_what_stands_in_the_place_of_a_frame_is_repaired(
     lodbench: Lodbench, tmp_path: Path
 ) -> None:
-    render(lodbench, "1-3")
+    render(lodbench, "1-4")
     (tmp_path / "out" / "a.0002.exr").write_text("of others")
     code, (wrong, mended, counts), err = lodbench("verify", "out", "--repair")
-    assert (code, err, counts) == (0, "", {"frames": 3, "wrong": 1, "repaired": 1})
+    assert (code, err, counts) == (0, "", {"frames": 4, "wrong": 1, "repaired": 1})
     assert (wrong["frame"], mended["repaired"]) == (2, "rendered again")
     assert lodbench("verify", "out")[0] == 0
 
