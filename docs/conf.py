@@ -41,6 +41,8 @@ autodoc_member_order = "bysource"
 autodoc_preserve_defaults = True
 
 html_theme = "furo"
+html_static_path = ["static"]
+html_css_files = ["page.css"]
 html_theme_options = {
     "light_css_variables": {
         "sidebar-caption-font-size": "0.8125rem",
@@ -55,13 +57,24 @@ _FOR_KEYBOARDS_AND_READERS = """
 document.addEventListener("DOMContentLoaded", () => {
   const set = (which, name, value) =>
     document.querySelectorAll(which).forEach((each) => each.setAttribute(name, value));
-  set("pre", "tabindex", "0");
+  const wide = {
+    pre: "Code", ".table-wrapper": "Table", ".math-wrapper": "Formula", "p:has(> img)": "Picture",
+  };
+  const scroll = () => Object.entries(wide).forEach(([which, name]) =>
+    document.querySelectorAll(which).forEach((each) => {
+      const scrolls = each.scrollWidth > each.clientWidth;
+      const said = { tabindex: "0", role: "group", "aria-label": `${name}, scrolls sideways` };
+      Object.entries(said).forEach(([key, value]) =>
+        scrolls ? each.setAttribute(key, value) : each.removeAttribute(key));
+    }));
+  addEventListener("resize", scroll);
+  scroll();
   set(".caption[role=heading]", "aria-level", "2");
   set(".sidebar-drawer", "aria-label", "Pages");
   set(".toc-drawer", "aria-label", "On this page");
 });
 """
-"""What the theme leaves out: code that scrolls takes the keyboard, and its drawers have names."""
+"""What the theme leaves out: what scrolls takes the keyboard, and drawers have names."""
 
 _NAMED = re.compile(r"([A-Za-z_][\w, ]*?) {2,}(\S.*)")
 
@@ -87,7 +100,9 @@ def lay_out_names(
 def write_formula(translator: Any, node: Any) -> None:
     """Write a formula as MathML, which browsers typeset by themselves."""
     display = "block" if node.tagname == "math_block" else "inline"
-    translator.body.append(latex2mathml.converter.convert(node.astext(), display=display))
+    formula = latex2mathml.converter.convert(node.astext(), display=display)
+    within = '<div class="math-wrapper">{}</div>' if display == "block" else "{}"
+    translator.body.append(within.format(formula))
     raise SkipNode
 
 

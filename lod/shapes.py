@@ -206,12 +206,14 @@ class MeshTable(ArrayData):
     @cached_property
     def plain_width(self) -> np.ndarray:
         """Compute how much wider than its mesh a triangle of each part's first two corners and its
-        last has to be, to have the same area above the ground, where z is above 0, (n,)."""
+        last has to be, to have the same area above the ground, where z is above 0, (n,); 1 where it
+        has none."""
         first, last = self.first_vertex[:-1], self.first_vertex[1:]
         found, some = np.ones(len(first)), last > first
         corners = np.stack((first, first + 1, last - 1), axis=1)[some]
         area = np.bincount(self.owner, _areas_above(self.vertices, self.faces), len(first))
-        found[some] = area[some] / np.maximum(_areas_above(self.vertices, corners), 1e-300)
+        plain = _areas_above(self.vertices, corners)
+        found[some] = np.divide(area[some], plain, np.ones(len(plain)), where=plain > 0)
         return found
 
     @property

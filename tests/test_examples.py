@@ -236,7 +236,7 @@ def test_the_cells_of_the_notebook_work(tmp_path: Path) -> None:
         text=True,
     )
     assert done.returncode == 0, done.stderr
-    assert len(done.stdout.splitlines()) == 8
+    assert len(done.stdout.splitlines()) == 7
 
 
 def test_the_experiment_of_the_page_runs() -> None:

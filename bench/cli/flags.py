@@ -102,17 +102,17 @@ _VALUES = (
     ("--metric", "NAME", "Member of the metric family."),
     ("--detail", "PX", "Detail threshold τ in pixels."),
     ("--max-parts", "N", "Set --detail so that no frame displays more."),
-    ("--visibility", "LENGTH", "20km, 500m, or clear."),
+    ("--visibility", "LENGTH", "In haze: 20km, 500m, or clear."),
     ("--shutter", "DEGREES", "Shutter angle, 360 = a whole frame; 0 = no blur."),
-    ("--smear", "NAME", "Leave out what blur hides: shutter, window (eye), off."),
-    ("--fade", "SHARE", "Share of its limit over which a part fades."),
-    ("--display-ppd", "N", "Seen by an eye, N pixels per degree."),
+    ("--smear", "NAME", "Which blur hides parts: shutter, window (the eye's, too), off."),
+    ("--fade", "SHARE", "Share of its limit distance over which a part fades."),
+    ("--display-ppd", "N", "Judge detail by an eye at N pixels per degree."),
 )
 _VIEW_FLAGS: tuple[Callable[[Command], Command], ...] = (
     click.argument("preset", shell_complete=complete_preset),
     *(value_option(name, metavar=metavar, help=about) for name, metavar, about in _VALUES),
     click.option(
-        "--haze-aware/--no-haze-aware", default=None, help="Leave out what the air hides."
+        "--haze-aware/--no-haze-aware", default=None, help="Leave out parts that the haze hides."
     ),
     click.option(
         "--density",
@@ -127,15 +127,15 @@ _VIEW_FLAGS: tuple[Callable[[Command], Command], ...] = (
         help="Message to an actor before frame 1.",
     ),
     value_option(
-        "-D", "settings", multiple=True, metavar="KEY=VALUE", help="Any preset key, dotted."
+        "-D", "settings", multiple=True, metavar="KEY=VALUE", help="Any key: lodbench list --keys."
     ),
 )
 _FILES = (
-    ("--multipart", True, "A part for each group of layers."),
-    ("--half", "half", "Colour as half instead of float."),
-    ("--motion", True, "Layers motion.X/Y: px to the next frame."),
-    ("--denoise", True, "Layers denoised.R/G/B beside the raw."),
-    ("--cryptomatte", True, "Mattes of objects and species."),
+    ("--multipart", True, "Write each group of layers as an EXR part."),
+    ("--half", "half", "Write colour as half instead of float."),
+    ("--motion", True, "Add layers motion.X/Y: pixels to the next frame."),
+    ("--denoise", True, "Add layers denoised.R/G/B beside the raw ones."),
+    ("--cryptomatte", True, "Add mattes of objects and species."),
 )
 _FILE_FLAGS: tuple[Callable[[Command], Command], ...] = (
     value_option("--compression", metavar="NAME", help="zip, zips, piz, rle or none."),
@@ -144,7 +144,7 @@ _FILE_FLAGS: tuple[Callable[[Command], Command], ...] = (
 _PICTURE_FLAGS = (
     value_option("--tone", default="filmic", metavar="NAME", help="filmic, reinhard or linear."),
     value_option("--view", default="colour", metavar="NAME", help="colour, level or species."),
-    click.option("--exposure", type=float, default=0.0, metavar="STOPS", help="Of previews."),
+    click.option("--exposure", type=float, default=0.0, metavar="STOPS", help="Brighter previews."),
 )
 
 
@@ -234,6 +234,7 @@ GROUPS = (
     ("How it is sampled", tuple(QUALITY_KEYS)),
     ("Frames and their files", ("pattern", "frames", *FILE_KEYS, "overwrite")),
     ("Previews", ("preview", "tone", "view", "exposure")),
+    ("Pack and program", ("words", "pack", "repeats", "program", "who", "baseline", "diagnose")),
     ("Memory and processors", ("max_memory", "reference", "threads", "cluster")),
 )
 """Headings of -h, and the flags below each; what is in no group stands last."""

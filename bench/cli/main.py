@@ -25,10 +25,35 @@ from scenes.processes.streams import (
     write_failure,
 )
 
-COMMANDS = (
-    *("doctor", "list", "show", "count", "render", "view", "verify", "run", "report", "compare"),
-    *("frames", "usd", "pack", "score", "model", "act", "ask", "environments", "observe"),
-)
+EXAMPLES = """\
+doctor --check blake
+list --keys meadow
+show meadow
+count meadow --detail 2
+render fly_in -o out/f.####.exr --frames 1-24 --size 640x360 --visibility 2km --motion --preview
+view out/f.0001.exr -o levels.png --view level
+verify out --frames 1-24 --repair
+run law --quick -o out/records
+report out/records
+compare out/records results/reference
+frames --print-commands meadow -o out/a.####.exr --frames 1-24
+usd meadow -o cut.usdc
+pack make crowd-small -o packs/crowd
+pack render packs/crowd --kept kept.bin -o a.exr
+score still.exr --pack packs/crowd --seconds 12.5
+model add oak.usda -o oak.png
+model list
+model show oak
+model remove oak
+act playground -o out
+ask playground "joe right arm/hand where" --frame 12
+environments cycles
+observe make out/observe --small
+observe fit out/files/1.json --of out/observe -o out/records
+observe simulate out/observe -o out/files""".splitlines()
+"""Of each command, in the order in which they are first needed."""
+
+COMMANDS = tuple(dict.fromkeys(each.split()[0] for each in EXAMPLES))
 OK, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 TRACEBACK = "LODBENCH_TRACEBACK"
 COMPLETION = "_LODBENCH_COMPLETE"
@@ -67,6 +92,11 @@ class Commands(click.Group):
             return None
         use_kernel_cache()
         command: click.Command = importlib.import_module(f"bench.cli.commands.{cmd_name}").command
+        within = command.commands if isinstance(command, click.Group) else {}
+        for each in EXAMPLES:
+            name, below, *_ = each.split()
+            if name == cmd_name:
+                within.get(below, command).epilog = f"\b\nExample: lodbench {each}"
         return command
 
 

@@ -19,7 +19,7 @@ import numpy as np
 
 from bench.cli.kernel_cache import is_first_run
 from lod.errors import InputError, shown
-from scenes.processes.progress import followed_by
+from scenes.processes.progress import followed_by, kernels_told
 from scenes.processes.streams import carry_failure, lenient_stream, stdout_to_stderr
 
 if TYPE_CHECKING:
@@ -164,23 +164,32 @@ class _Doing:
 
     def __init__(self) -> None:
         self.text, self.left = "", ""
+        self.kernels, self._until = "", 0.0
         self.bar: Any = None
-        self._what, self._first, self._began = "", 0.0, 0.0
-        self._time_left = TimeLeft()
+        self._works: dict[float, tuple[float, float, float, TimeLeft]] = {}
 
     def tell(self, what: str, done: float, total: float) -> None:
         """Note how far something is, and how long it still takes once that is known."""
         now = time.monotonic()
-        if self._what != what:
-            self._what, self._first, self._began = what, done, now
-            self._time_left = TimeLeft()
-        if total and done >= total:
+        if not total:  # what nobody knows the end of, as compilation, passes over the rest
+            self.kernels, self._until = what, now + _RISE_S
+            return
+        first, last, began, time_left = self._works.get(total, (done, math.inf, now, TimeLeft()))
+        if done < last:  # new work; the steps of one have names of their own
+            first, began, time_left = done, now, TimeLeft()
+        self._works[total] = first, done, began, time_left
+        if done >= total:
             self.text = self.left = ""  # what comes next is not known yet
             return
-        self.text, self.left = f"{what[:60]} {done:.0f}/{total:.0f}" if total else what, ""
-        if done > self._first:
-            left = (now - self._began) * (total - done) / (done - self._first)
-            self.left = self._time_left.tell(left, now)
+        self.text, self.left = f"{what[:60]} {done:.0f}/{total:.0f}", ""
+        if done > first:
+            left = (now - began) * (total - done) / (done - first)
+            self.left = time_left.tell(left, now)
+
+    def __str__(self) -> str:
+        """Say what is done now, and how long that takes."""
+        recent = time.monotonic() < self._until
+        return self.kernels if recent else f"{self.text or 'working'}{self.left}"
 
 
 _DOING = _Doing()
@@ -209,7 +218,7 @@ def progress_shown() -> Iterator[None]:
         if bar is None and done < steps and bars_are_shown():
             bar = _DOING.bar = _bar(steps, "steps", f"{what} ")
             bar.initial = done
-        if bar is not None:
+        if bar is not None and steps:
             bar.n = done
             bar.refresh()
             if done >= steps:
@@ -222,8 +231,7 @@ def progress_shown() -> Iterator[None]:
                 _DOING.bar.refresh()
             else:
                 took = duration_text(time.monotonic() - began)
-                doing = f"{_DOING.text or 'working'}{_DOING.left}"
-                print(f"lodbench: {took}: {doing}", file=sys.stderr, flush=True)
+                print(f"lodbench: {took}: {_DOING}", file=sys.stderr, flush=True)
                 _DOING.left = ""  # it is old by the next line, unless it is told again
 
     if every > 0:
@@ -264,7 +272,8 @@ def progress_bar(unit: str) -> Iterator[Progress]:
 
 
 def tell_first_run() -> None:
-    """Say why this command is slow to begin, where nothing is compiled yet."""
+    """Say why this command is slow to begin, if nothing is compiled yet; tell what it compiles."""
+    click.get_current_context().with_resource(kernels_told())
     if is_first_run():
         _DOING.text = "compiling kernels and growing models: about a minute, both are kept"
         if bars_are_shown():
@@ -297,7 +306,7 @@ class FrameProgress:
         """
         if making:
             _DOING.tell(*making)
-            words = [_DOING.text + _DOING.left]
+            words = [str(_DOING)]
         elif total:
             frames = f"frame {self._done + 1} of {self._bar.total}: samples traced [%]"
             _DOING.tell(frames, 100 * traced / total, 100)

@@ -236,8 +236,8 @@ def _cost_plots(record: Record) -> Iterator[Plot]:
             for of in (_set_up_us, partial(_stage_us, stage="trace"))
         ]
         told[pruned.case["objects"]] = (
-            f"{kind}, {ticks[-1]} objects: pruning takes set-up × {times[0]:.2g}, memory × "
-            f"{held[-1] / held[-2]:.2g} and tracing × {times[1]:.2g}"
+            f"{kind}, {ticks[-1]} objects: a pruned frame takes {times[0]:.2g} times the set-up, "
+            f"{held[-1] / held[-2]:.2g} times the memory and {times[1]:.2g} times the tracing"
         )
     title = told.pop(max(told))
     caption = (

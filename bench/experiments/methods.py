@@ -308,10 +308,10 @@ def plots(record: Record) -> Iterator[Plot]:
         if best is not None:
             ratios = best[1]
             spread = f"{two_sided_factor(ratios):.2f}" if len(ratios) > 1 else f"{ratios[0]:.2f}"
-            told.append(f"{kind} {spread} of {best[0]}'s")
+            told.append(f"{spread} in {kind} ({best[0]})")
     title = "Error against the seconds and the memory of a frame, by method"
     if told:
-        title = f"At equal error blake takes, of the best baseline's time: {'; '.join(told)}"
+        title = f"Time at equal error, blake ÷ best baseline: {'; '.join(told)}"
     caption = (
         "Means over fields with the range of the fields, settings next to equal error; nearer to "
         "the lower left is better. Errors below 0.001 are drawn there. What is off screen, air, "

@@ -250,7 +250,7 @@ def compare_paths(before: Path, after: Path) -> tuple[Comparison, ...]:
             quick, full = (before, after) if (min(both), True) in first else (after, before)
             named = ", ".join(sorted(both))
             rule = f"runs of one kind: of {named} {quick} has quick ones, {full} full"
-            cure = f"lodbench run {min(both).partition(' ')[0]} --quick -o {full}"
+            cure = f"measure in full: lodbench run {min(both).partition(' ')[0]} -o {quick}"
         raise InputError("A B", f"{before} {after}", rule, cure)
     return tuple(compare(first[key], second[key]) for key in shared)
 

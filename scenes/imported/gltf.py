@@ -289,8 +289,9 @@ def _decode(path: Path, raw: dict[str, Any], chunk: bytes) -> list[list[dict[str
         uri = entry.get("uri") if isinstance(entry, dict) else None
         if uri is not None and not str(uri).startswith("data:"):
             files[str(uri)] = _fetch(path, f"images.{number}", str(uri))
-    if sum(map(len, files.values())) > MOST_BYTES:
-        raise InputError(path.name, "its buffers", f"at most {MOST_BYTES} bytes in all")
+    if (held := sum(map(len, files.values()))) > MOST_BYTES:
+        rule = f"buffers and images of at most {MOST_BYTES} bytes in all"
+        raise InputError(path.name, f"{held} bytes", rule, "split the scene, or export it smaller")
     plain = {key: raw[key] for key in _DATA if key in raw}
     plain |= {"meshes": single, "buffers": buffers, "asset": {"version": "2.0"}}
     try:

@@ -180,7 +180,8 @@ def _arguments(words: Words) -> tuple[Any, ...]:
         rule = "an axis and an angle: x, y, z or three numbers, then degrees"
         raise InputError(words.action, " ".join(map(str, given)), rule, "try y 40deg")
     if any(isinstance(each, str) for each in given):
-        raise InputError(words.action, " ".join(map(str, given)), "numbers, no axis")
+        rule = "numbers alone: only orient and turn take an axis"
+        raise InputError(words.action, " ".join(map(str, given)), rule, "leave the axis out")
     if words.action == "place":
         if len(given) not in (2, 3):
             raise InputError("place", given, "two numbers: x and y [m]")

@@ -15,7 +15,7 @@ from lod.errors import InputError
 @memory_flag
 @click.option("-o", "folder", required=True, metavar="DIR", help="Folder of the frames to come.")
 def command(preset: str, folder: str, max_memory: int | None, out: Output, **flags: Any) -> None:
-    """Act all frames once; `render` into the same folder replays them."""
+    """Have the actors act all frames once; `render` into the same folder replays that."""
     from scenes.render.frame_session import prepare_track, read_track, track_path
     from scenes.render.memory import preflight
     from scenes.scene import Scene

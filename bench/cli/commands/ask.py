@@ -17,9 +17,9 @@ from scenes.files import LAST_FRAME
 def command(
     preset: str, words: str, frame: int, max_memory: int | None, out: Output, **flags: Any
 ) -> None:
-    """Ask as of a frame, as in: lodbench ask playground "joe right arm/hand where" --frame 12.
+    """Ask an actor for its place, posture or course in a frame, as a message.
 
-    position and orientation are in the frame of the part's whole; where is in the scene.
+    `position` and `orientation` are relative to the part's whole; `where` is in the scene.
     """
     from scenes.render.memory import preflight
     from scenes.scene import Scene

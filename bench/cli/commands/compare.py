@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 @click.argument("before", metavar="A")
 @click.argument("after", metavar="B")
 def command(before: str, after: str, out: Output) -> None:
-    """Hold two records, or two folders of them, against each other."""
+    """Compare two records, or two folders of them: claims, verdicts and samples."""
     from bench.records.compare_runs import compare_paths
 
     with progress_bar("step") as show:

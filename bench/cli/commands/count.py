@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 @memory_flag
 @click.option("--frame", type=click.IntRange(1, 999_999), default=1, help="Frame number, from 1.")
 def command(preset: str, frame: int, out: Output, max_memory: int | None, **flags: Any) -> None:
-    """Objects and parts of one frame: examined, displayed, predicted."""
+    """Count objects and parts of one frame, examined and displayed, beside the prediction."""
     chosen = preset_from_flags(preset, **flags)
     from bench.frame_counts import Stopwatch, count
     from scenes.render.budget import within_budget
@@ -33,7 +33,7 @@ def command(preset: str, frame: int, out: Output, max_memory: int | None, **flag
         preflight(scene, (), max_memory)
         world = scene.world
     with progress_bar("step") as show:
-        show(0, 1, "memory")
+        show(0, 1, "estimating memory")
         with watch.stage("estimate"):
             estimated = preflight(scene, (frame,), max_memory)
         ground = estimated.ground if estimated else None

@@ -27,7 +27,7 @@ PACKAGES = ("lodbench", "mitsuba", "drjit", "OpenEXR", "numpy", "scipy", "numba"
     help="Hold a metric or representation, or all that are installed, against the rules.",
 )
 def command(clear_cache: bool, names: tuple[str, ...], out: Output) -> None:
-    """Mitsuba's variants, LLVM, memory, disk, cache, processor and versions.
+    """Say which renderer variants work here, and what memory, disk and versions there are.
 
     Grown trees, their tables and compiled kernels are kept so that commands start at once. Nothing
     needs them. LODBENCH_CACHE names another folder.

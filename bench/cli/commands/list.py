@@ -26,7 +26,7 @@ from lod.errors import InputError
 )
 @click.option("--object", "only", type=int, multiple=True, help="With --objects, only this id.")
 def command(preset: str | None, frame: str | None, only: tuple[int, ...], out: Output) -> None:
-    """Presets, metrics, what other packages bring, your models and experiments.
+    """List presets, metrics, experiments, your models and what other packages bring.
 
     --objects: species, cell, number and 128-bit key of each object that a frame displays.
     """

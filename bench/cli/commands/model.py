@@ -20,6 +20,7 @@ from scenes.field.species_field import Placed
 from scenes.frame.frame_input import FrameInput, Light, Quality, display
 from scenes.frame.layers import Layers
 from scenes.ground.mesh import Terrain
+from scenes.processes.progress import kernels_told, steps, tell, work
 from scenes.render.pictures import PictureStyle, preview_pixels, save_sheet
 from scenes.render.render import render_frame
 from scenes.rig.rigged_prototype import RiggedPrototype
@@ -45,9 +46,9 @@ def command() -> None:
 @_sheet
 def add(file: str, name: str | None, overwrite: bool, sheet: str | None, out: Output) -> None:
     """Read and check a .usd, .usda, .usdc, .usdz, .gltf or .glb file, and keep it as a model."""
-    from scenes.imported.library import keep_model, place_of_model, read_model
+    from scenes.imported.library import keep_model, place_of_model
 
-    tree = read_model(Path(file), out.note)
+    tree = _read(out, file)
     called = name or Path(file).stem
     path = place_of_model(called, overwrite)
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -59,7 +60,7 @@ def add(file: str, name: str | None, overwrite: bool, sheet: str | None, out: Ou
 
 @command.command("list", cls=StrictCommand)
 def list_models(out: Output) -> None:
-    """Models that were added, a line each."""
+    """List the models that were added."""
     from scenes.imported.library import user_model
     from scenes.model_files import models_folder, user_model_names
 
@@ -84,12 +85,12 @@ def list_models(out: Output) -> None:
 @click.argument("model", metavar="NAME|FILE")
 @_sheet
 def show(model: str, sheet: str | None, out: Output) -> None:
-    """What a model holds, level by level; a file is read and checked, and not kept."""
-    from scenes.imported.library import read_model, user_model
+    """Show what a model holds, level by level; a file is read and checked, and not kept."""
+    from scenes.imported.library import user_model
     from scenes.model_files import is_model_file
 
     is_file = is_model_file(model) or "/" in model
-    tree = read_model(Path(model), out.note) if is_file else user_model(model)
+    tree = _read(out, model) if is_file else user_model(model)
     _tell(out, model, tree)
     if sheet:
         _picture(out, model, tree, Path(sheet))
@@ -106,13 +107,24 @@ def remove(name: str, out: Output) -> None:
     out.say(f"{name} is removed")
 
 
+def _read(out: Output, file: str) -> "PartTree":
+    from scenes.imported.library import read_model
+
+    with work(f"reading {Path(file).name}", 1):
+        tell()
+        return read_model(Path(file), out.note)
+
+
 def _picture(out: Output, name: str, tree: "PartTree", path: Path) -> None:
     from scenes.imported.imported_prototype import imported_prototype
     from scenes.render.variants import choose
 
-    out.note(
-        f"{model_sheet(imported_prototype(name, tree), path, choose('auto'))} shows its levels"
-    )
+    with kernels_told():
+        with work("fitting appearances", 1):
+            tell()
+            prototype = imported_prototype(name, tree)
+        sheet = model_sheet(prototype, path, choose("auto"))
+    out.note(f"{sheet} shows its levels")
 
 
 def _facts(tree: "PartTree") -> dict[str, Any]:
@@ -167,7 +179,12 @@ def model_sheet(prototype: RiggedPrototype, out_png: str | Path, variant: str) -
     view = View(_camera(prototype), METRICS["full"])
     whole = prune(model, view).parts
     levels = range(int(whole.level.max()) + 1)
-    frames = [_frame(model, whole, level, view, variant) for level in levels]
+    frames = []
+    with work("rendering a picture of each level", len(levels)):
+        for level in levels:
+            tell()
+            with steps(1):
+                frames.append(_frame(model, whole, level, view, variant))
     exposure = PictureStyle().exposure_of(frames[-1].rgb)
     tiles = [
         Image.fromarray(preview_pixels(layers, PictureStyle(view=kind), exposure, {}))

@@ -17,7 +17,7 @@ from scenes.files import make_folder, write_text
 
 @click.group("observe")
 def command() -> None:
-    """Ask people at which τ they see what is left out; docs/observers.md has the protocol."""
+    """Ask people at which τ they see what pruning leaves out (docs/observers.md)."""
 
 
 def plan_of(folder: str) -> dict[str, Any]:

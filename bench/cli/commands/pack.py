@@ -12,13 +12,13 @@ from scenes.files import make_folder
 
 @click.group("pack")
 def command() -> None:
-    """Write a workload for other programs, in USD, pbrt and a hierarchy; docs/packs.md."""
+    """Write a world for other programs, as USD, pbrt and part hierarchy: docs/packs.md."""
 
 
 @command.command("make", cls=StrictCommand)
 @click.argument("name", metavar="NAME")
 @click.option("-o", "folder", required=True, metavar="DIR", help="Folder of the pack.")
-@click.option("--walk", is_flag=True, help="References of all 24 frames of the walk, too.")
+@click.option("--walk", is_flag=True, help="Add references of the 24 frames of a walk.")
 @click.option("--size", metavar="WxH", default="640x360", show_default=True, help="Of the still.")
 @click.option("--spp", type=click.IntRange(1, 2**16), default=512, show_default=True, metavar="N")
 @memory_flag

@@ -28,13 +28,7 @@ from scenes.presets.schema import Preset
 from scenes.render.pictures import PictureStyle
 
 
-@click.command(
-    "render",
-    cls=StrictCommand,
-    json="A JSON object per frame on stdout.",
-    epilog="Examples: lodbench render meadow -o out/a.####.exr --preview; lodbench render fly_in"
-    " -o fly/f.####.exr --frames 1-24 --size 640x360 --visibility 2km --motion --preview",
-)
+@click.command("render", cls=StrictCommand, json="A JSON object per frame on stdout.")
 @view_flags
 @memory_flag
 @click.option("-o", "pattern", required=True, metavar="OUT/NAME.####.exr", help="Frames to write.")
@@ -46,10 +40,10 @@ from scenes.render.pictures import PictureStyle
 @value_option("--haze", metavar="NAME", help="analytic or medium.")
 @click.option("--spectral", is_flag=True, default=None, help="Wavelengths instead of RGB.")
 @click.option(
-    "--update-threshold", metavar="PX", help="Redraw parts once they moved so far; 0 = always."
+    "--update-threshold", metavar="PX", help="Redraw parts once they moved by this; 0 = always."
 )
 @file_flags
-@click.option("--preview", is_flag=True, help="A PNG contact sheet; an mp4 where ffmpeg is there.")
+@click.option("--preview", is_flag=True, help="Write a PNG; of frames an mp4, if ffmpeg is there.")
 @picture_flags
 @click.option("--overwrite", is_flag=True, help="Render again and replace what is there.")
 @click.option("--threads", type=click.IntRange(0, 1024), default=0, help="0 = one for each core.")

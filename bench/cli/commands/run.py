@@ -11,7 +11,7 @@ import click
 from click.shell_completion import CompletionItem
 
 from bench.cli.flags import StrictCommand, complete_preset, memory_flag_of_all, value_option
-from bench.cli.output import Output, duration_text, progress_bar, table
+from bench.cli.output import Output, duration_text, progress_bar, table, tell_first_run
 from bench.runs import CaseExecutor, dask_executor
 from lod.errors import InputError
 from scenes.files import make_folder
@@ -34,23 +34,25 @@ def _complete(_: click.Context, __: click.Parameter, begun: str) -> list[Complet
 @click.command("run", cls=StrictCommand, json="One JSON object per experiment on stdout.")
 @click.argument("experiments", metavar="EXPERIMENT...|all", nargs=-1, shell_complete=_complete)
 @click.option("--quick", is_flag=True, help="Fewer points and fields: minutes instead of hours.")
-@click.option("--seed", type=click.IntRange(0, LARGEST_SEED), default=0, help="0 by default.")
+@click.option(
+    "--seed", type=click.IntRange(0, LARGEST_SEED), default=0, help="Of all fields; 0 by default."
+)
 @click.option("-o", "folder", required=True, metavar="DIR", help="Folder for the records.")
-@click.option("--again", is_flag=True, help="Measure anew what is done already.")
+@click.option("--again", is_flag=True, help="Measure again what is done already.")
 @value_option("--metric", metavar="NAME", help="An installed metric beside the built-in ones.")
-@click.option("--stems", metavar="FILE", help="A CSV of stems for spread and budget: x,y in m.")
+@click.option("--stems", metavar="FILE", help="A map of trees for `run spread`: a CSV of x,y in m.")
 @click.option(
     "--preset",
     metavar="PRESET",
     shell_complete=complete_preset,
-    help="A preset of your own, to be tried in place of our worlds.",
+    help="Measure a preset of your own in place of the built-in worlds.",
 )
 @click.option(
     "--cluster", metavar="N|ADDRESS|FILE", help="Workers to start here, or a Dask scheduler."
 )
 @click.option("--command", "words", metavar="WORDS", help="A program's call: {scene} {exr} {knob}.")
 @click.option("--pack", metavar="DIR", help="The pack that the program renders.")
-@click.option("--settings", metavar="X,…", help="What {knob} is in turn; 1 by default.")
+@click.option("--settings", metavar="X,…", help="Values of {knob}, as 1,2,4; 1 by default.")
 @click.option("--repeats", type=click.IntRange(1), help="Calls of each setting; 3 by default.")
 @click.option("--program", metavar="NAME", help="Name and version of the program.")
 @click.option("--who", metavar="NAME", help="Who submits; the record names it.")
@@ -85,6 +87,7 @@ def command(
     own: dict[Own, Any] = {"metric": metric, "stems": stems, "preset": preset}
     asked = _asked(experiments, cluster, quick, seed, own)
     place = make_folder(folder)
+    tell_first_run()
     with owned(place, uuid.uuid4().hex, "measures there", out.note):
         kept = journal(place)
         if again:

@@ -11,7 +11,7 @@ from bench.cli.output import Output
 @click.command("show", cls=StrictCommand)
 @view_flags
 def command(preset: str, out: Output, **flags: Any) -> None:
-    """A preset as TOML, with every key, its value and its meaning.
+    """Print a preset as TOML, with every key, its value and its meaning.
 
     Keep it with `lodbench show meadow > mine.toml`, edit it, and give its path as a preset.
     """

@@ -37,7 +37,7 @@ def command(
     max_memory: int | None,
     out: Output,
 ) -> None:
-    """Hashes, headers, sizes, channels, NaN, infinite and negative values, gaps, partial files."""
+    """Check all frames of a folder: bytes, headers, channels, numbers, gaps, partial files."""
     from scenes.render.render_files import Workers
 
     numbers = frame_numbers(frames) if frames else None

@@ -17,7 +17,7 @@ from scenes.files import check_ours
 def command(
     frame: Path, target: Path, tone: str, view: str, exposure: float, overwrite: bool, out: Output
 ) -> None:
-    """A frame as the picture that `render --preview` makes, and the factor on its light."""
+    """Write a frame as the picture of `render --preview`, and print the factor on its light."""
     from scenes.render.exr.layer_file import read_exr
     from scenes.render.pictures import PictureStyle, preview
 

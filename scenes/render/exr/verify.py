@@ -58,16 +58,21 @@ def check_folder(folder: Path, frames: Sequence[int] | None = None) -> Iterator[
     if not whole and not damaged:
         cure = "give the folder of `lodbench render`"
         raise InputError("DIR", str(folder), "a folder with frames of lodbench", cure)
-    there = []
+    there, others = [], {}
     for name in sorted([*whole, *damaged]):
         if name in whole:
             checked = _check_whole(folder / name, whole[name])
         else:
             checked = _check_damaged(folder / name, expected(name, kinds))
-        if checked.frame is not None:
+        if checked.frame is None:
+            others[checked.path] = checked
+        else:
             there.append(name)
-        yield checked
-    yield from _missing(folder, there, kinds, frames)
+            yield checked
+    for missing in _missing(folder, there, kinds, frames):
+        other = others.pop(missing.path, missing)  # what stands in its place, if anything does
+        yield replace(missing, wrong=other.wrong)
+    yield from others.values()
     for _, path in stray_partials(folder):
         yield Checked(path, None, ("a partial file, whose writer is no more",))
 

@@ -3,6 +3,7 @@
 import errno
 import json
 import os
+import shlex
 import signal
 import subprocess
 import sys
@@ -45,6 +46,17 @@ def following(error: BaseException, first: BaseException) -> BaseException:
     """An error that was raised while another was handled, as Dr.Jit does."""
     error.__context__ = first
     return error
+
+
+def test_every_command_has_an_example_that_it_takes() -> None:
+    context = click.Context(cli.program, info_name="lodbench")
+    for name in cli.COMMANDS:
+        command = cli.program.get_command(context, name)
+        several = command.commands if isinstance(command, click.Group) else {None: command}
+        for below, each in several.items():
+            lead, *words = shlex.split((each.epilog or "").partition("lodbench ")[2])
+            assert [lead, below] == [name, words.pop(0) if below else None]
+            each.make_context(name, words)  # raises for what cannot be
 
 
 NO_LIBRARY = ImportError("libatomic.so.1: cannot open shared object file: No such file")

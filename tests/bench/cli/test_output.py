@@ -17,7 +17,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bench.cli.flags import StrictCommand
-from bench.cli.output import TimeLeft, bars_are_shown, frame_progress, progress_bar, progress_shown
+from bench.cli.output import (
+    TimeLeft,
+    _Doing,
+    bars_are_shown,
+    frame_progress,
+    progress_bar,
+    progress_shown,
+)
 from scenes.processes.progress import tell, work
 
 
@@ -51,6 +58,18 @@ def test_away_from_a_terminal_a_line_says_what_takes_long(monkeypatch, capsys):
     assert any("weighing 1/2" in line for line in lines)
     time.sleep(0.2)
     assert capsys.readouterr().err == ""
+
+
+def test_steps_with_names_of_their_own_share_one_time_left(monkeypatch):
+    doing, now, said = _Doing(), [0.0], []
+    monkeypatch.setattr("bench.cli.output.time.monotonic", lambda: now[0])
+    for now[0], *told in ((0, "one", 0, 10), (50, "two", 5, 10), (52, "a kernel", 0, 0)):
+        doing.tell(*told)
+        said.append(str(doing))
+    now[0] = 63.0
+    assert [*said, str(doing)] == ["one 0/10", "two 5/10, 50 s left", "a kernel", said[1]]
+    doing.tell("three", 6, 10)
+    assert str(doing) == "three 6/10, 42 s left"
 
 
 @given(st.lists(st.tuples(st.floats(1, 89), st.floats(0, 30)), min_size=2))

@@ -103,6 +103,17 @@ def test_verify_finds_and_repairs(lodbench: Lodbench, tmp_path: Path) -> None:
     assert lodbench("verify", "out")[0] == 0
 
 
+def test_what_stands_in_the_place_of_a_frame_is_repaired(
+    lodbench: Lodbench, tmp_path: Path
+) -> None:
+    render(lodbench, "1-4")
+    (tmp_path / "out" / "a.0002.exr").write_text("of others")
+    code, (wrong, mended, counts), err = lodbench("verify", "out", "--repair")
+    assert (code, err, counts) == (0, "", {"frames": 4, "wrong": 1, "repaired": 1})
+    assert (wrong["frame"], mended["repaired"]) == (2, "rendered again")
+    assert lodbench("verify", "out")[0] == 0
+
+
 def test_what_is_wrong_still_beside_the_frames_is_said_with_what_was_repaired(
     lodbench: Lodbench, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:

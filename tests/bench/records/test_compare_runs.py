@@ -137,4 +137,4 @@ def test_quick_and_full_runs_of_one_experiment_are_told_apart(tmp_path):
     with pytest.raises(InputError) as found:
         compare_paths(tmp_path / "one", tmp_path / "two")
     assert f"scaling {tmp_path / 'one'} has quick ones, {tmp_path / 'two'} full" in str(found.value)
-    assert found.value.cure == f"lodbench run scaling --quick -o {tmp_path / 'two'}"
+    assert found.value.cure == f"measure in full: lodbench run scaling -o {tmp_path / 'one'}"

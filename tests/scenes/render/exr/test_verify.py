@@ -92,6 +92,7 @@ DAMAGE = [
     (lambda p: p[5].write_bytes(bytes(p[5].stat().st_size)), {5: "SHA-256"}),
     (lambda p: p[5].write_bytes(b""), {5: "SHA-256"}),
     (lambda p: p[2].unlink(), {2: "no such file"}),
+    (lambda p: p[3].write_text("of others"), {3: "looks like a frame, and is none"}),
 ]
 
 
