@@ -61,6 +61,7 @@ class Topic:
     full, quick  sizes of a full run, and those that are others in a quick one. Time is spent on
                  fields first, on pixels second and on samples of a pixel last, for fields are the
                  replicates
+    plan         function from the sizes to lines that say what its time is spent on
     seconds      how long a full and a quick run take on two cores, for estimates of time alone
     apart        whether ``run all`` leaves it out for its length, and so does the experiment's own
                  name where there are others
@@ -77,6 +78,7 @@ class Topic:
     tables: Callable[["Record"], Iterable[tuple[str, Table]]] = _nothing
     full: Mapping[str, Any] = field(default_factory=dict)
     quick: Mapping[str, Any] = field(default_factory=dict)
+    plan: Callable[..., Sequence[str]] = _nothing
     seconds: tuple[float, float]
     apart: bool = False
     accepts: tuple[Own, ...] = ()

@@ -213,6 +213,10 @@ def _run_all(
         if number + 1 < len(left):
             expected += f"; {duration_text(pace * sum(expected_s[number:]))} for all that is left"
         out.note(f"lodbench: {each.name}, {len(done) + number + 1} of {len(asked)}: {expected}")
+        planned_topics = () if each.preset else each.topics
+        for topic in (experiments()[each.name].topics[name] for name in planned_topics):
+            for line in topic.plan(**topic.sizes("quick" if each.quick else "full")):
+                out.note(f"  {line}")
         start = time.perf_counter()
         try:
             with progress_bar("case") as progress:
