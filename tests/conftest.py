@@ -9,6 +9,7 @@ from contextlib import suppress
 from dataclasses import is_dataclass
 from functools import partial, wraps
 from pathlib import Path
+from typing import ForwardRef, get_args
 
 import jaxtyping
 import jaxtyping._import_hook as import_hook
@@ -75,6 +76,10 @@ def leave_numba_alone() -> None:
     import_hook._is_no_type_check = skips_numba_too
 
 
+def is_quoted(hint):
+    return isinstance(hint, str | ForwardRef) or any(map(is_quoted, get_args(hint)))
+
+
 def check_once(function=None, *, typechecker):
     """Stand for jaxtyped, which checks arguments twice, as it tells more of what is wrong.
 
@@ -86,7 +91,12 @@ def check_once(function=None, *, typechecker):
         if is_dataclass(function) and "__init__" in vars(function):
             function.__init__ = check_once(function.__init__, typechecker=typechecker)
         return function
+    hints = function.__annotations__
+    # A name in quotes may be imported for mypy alone.
+    quoted = {name for name, hint in hints.items() if is_quoted(hint)}
+    function.__annotations__ = {name: hints[name] for name in hints.keys() - quoted}
     checked = typechecker(function)
+    function.__annotations__ = checked.__annotations__ = hints
     if "jaxtyping." not in repr(function.__annotations__):
         return checked
 
