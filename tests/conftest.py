@@ -6,16 +6,12 @@ import shutil
 import signal
 import sys
 from contextlib import suppress
-from dataclasses import is_dataclass
-from functools import partial, wraps
 from pathlib import Path
 
-import jaxtyping
 import jaxtyping._import_hook as import_hook
 import psutil
 from hypothesis import settings
 from jaxtyping import install_import_hook
-from jaxtyping._storage import pop_shape_memo, push_shape_memo
 
 # FLIP's threads wait by spinning: beside other workers that takes a hundred times as long.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
@@ -75,37 +71,10 @@ def leave_numba_alone() -> None:
     import_hook._is_no_type_check = skips_numba_too
 
 
-def check_once(function=None, *, typechecker):
-    """Stand for jaxtyped, which checks arguments twice, as it tells more of what is wrong.
-
-    Names of axes are bound anew in every call of a function that has any.
-    """
-    if function is None:
-        return partial(check_once, typechecker=typechecker)
-    if isinstance(function, type):
-        if is_dataclass(function) and "__init__" in vars(function):
-            function.__init__ = check_once(function.__init__, typechecker=typechecker)
-        return function
-    checked = typechecker(function)
-    if "jaxtyping." not in repr(function.__annotations__):
-        return checked
-
-    @wraps(function)
-    def with_axes(*args, **kwargs):
-        push_shape_memo({})
-        try:
-            return checked(*args, **kwargs)
-        finally:
-            pop_shape_memo()
-
-    return with_axes
-
-
 already_imported = [room for room in ROOMS if room in sys.modules]
 if already_imported:
     raise RuntimeError(f"{already_imported} imported before its annotations could be checked")
 leave_numba_alone()
-jaxtyping.jaxtyped = check_once
 install_import_hook(ROOMS, CHECKER)
 importlib.import_module(
     "scenes"

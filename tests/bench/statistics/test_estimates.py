@@ -5,7 +5,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from beartype.roar import BeartypeCallHintParamViolation
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
@@ -243,11 +242,3 @@ def test_a_series_never_tells_more_than_its_values(values):
     alone = two_sided_mean(np.array(values))
     found = in_series(alone, np.array(values))
     assert found.high - found.low >= (alone.high - alone.low) * (1 - 1e-9)
-
-
-def test_lengths_of_one_name_are_compared_in_each_call():
-    """As tests/conftest.py has every function checked."""
-    for n in (3, 4):
-        two_sided_ratio(np.arange(1.0, 1 + n), np.ones(n))
-    with pytest.raises(BeartypeCallHintParamViolation, match="predicted"):
-        two_sided_ratio(np.ones(3), np.ones(4))
