@@ -113,6 +113,7 @@ WINDY = (
     "species.figure.density=0.01",
     "species.figure.prototypes=2",
     "species.figure.sizes=[1.0]",
+    "species.tree.model=birch",  # its leaves are sticks: meshes are drawn in every frame
     "species.tree.density=0.0004",
     "species.tree.prototypes=1",
     "species.tree.sizes=[1.0]",
