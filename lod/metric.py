@@ -68,7 +68,7 @@ class Metric:
     def finer(self) -> float:
         """Return the factor on τ at which it displays about as many parts as its formula does.
 
-        By contrast it is the mean contrast of parts to their wholes, by area, of trees and people.
+        By contrast it is the mean contrast of parts of trees to their wholes, by area.
         """
         return 0.25 if self.by_contrast else 1.0
 
