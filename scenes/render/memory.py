@@ -228,6 +228,7 @@ class Forecast:
     triangles        of the ground, and of the meshes displayed
     ground           the cut of the ground, from which its triangles are known
     copies           objects that share the sticks of a prototype, whose own alone are counted
+    own_triangles    of the meshes of all prototypes, displayed or not
     """
 
     objects: float
@@ -236,6 +237,7 @@ class Forecast:
     triangles: float
     ground: Cut
     copies: float = 0.0
+    own_triangles: float = 0.0
 
 
 def forecast(
@@ -263,6 +265,7 @@ def forecast(
         triangles=_ground_triangles(ground) + sum(each.triangles for each in fields),
         ground=ground,
         copies=copied,
+        own_triangles=sum(len(each.prototypes.part_tables.meshes or ()) for each in world.fields),
     )
 
 
@@ -277,7 +280,7 @@ _SAMPLE_JIT, _SAMPLE_SCALAR = 187.0, 355.0
 _BASE_SPECTRAL, _PIXEL_SPECTRAL, _SAMPLE_SPECTRAL = 232e6, 705.0, 440.0
 _MOVED_STICK, _DENOISED_PIXEL, _MATTED_PIXEL = 126.0, 500.0, 90.0
 _BASE_PRUNED = 380e6
-_PRUNED_PART, _OBJECT, _GROUND_TRIANGLE = 24.0, 150.0, 50.0
+_PRUNED_PART, _OBJECT, _GROUND_TRIANGLE, _OWN_TRIANGLE = 24.0, 150.0, 50.0, 700.0
 
 
 @dataclass(frozen=True)
@@ -318,7 +321,8 @@ def predict_bytes(
 def forecast_bytes(found: Forecast) -> int:
     """Predict the bytes that a process holds at most while it prunes such a view."""
     ground = _GROUND_TRIANGLE * _ground_triangles(found.ground)
-    return parts_bytes(found.parts) + round(_OBJECT * found.objects + ground)
+    own = _OWN_TRIANGLE * found.own_triangles
+    return parts_bytes(found.parts) + round(_OBJECT * found.objects + ground + own)
 
 
 def parts_bytes(parts: float) -> int:
@@ -333,7 +337,8 @@ def frame_bytes(found: Forecast, preset: Preset, variant: str | None) -> int:
     extra = ExtraBuffers(preset.output.motion, preset.output.denoise, preset.view.shutter > 0)
     shapes, quality = (round(found.sticks), round(found.triangles)), frame_quality(preset, variant)
     drawn = predict_bytes(*shapes, preset.render.size, quality, extra, round(found.copies))
-    return drawn + round(_OBJECT * found.objects + _PRUNED_PART * found.parts)
+    own = _OWN_TRIANGLE * found.own_triangles
+    return drawn + round(_OBJECT * found.objects + _PRUNED_PART * found.parts + own)
 
 
 def check_memory(frame_input: FrameInput, most: int | None = None) -> None:
