@@ -27,6 +27,7 @@ pytestmark = pytest.mark.slow
 PLACES, LOOKS = 8, Looks((16, 64), 32)
 WORDS = (
     *("render.size=64x36", "world.extent=60", "terrain.reach=60", "camera.height=3"),
+    *('terrain.cover="grassy"', "terrain.finest=0.25"),
     *("species.tree.density=0", "species.figure.density=0.1"),
     'species.rabbit={model="rabbit", density=0.3, sizes=[3.0]}',
 )

@@ -71,6 +71,7 @@ def test_counts_of_another_law_are_found_out():
 
 SCENE = (
     *("species.sward.density=0", "species.tree.prototypes=1", "species.figure.prototypes=2"),
+    "species.tree.model=birch",  # whose leaves are drawn as they are counted
     *("terrain.amplitude=0", "camera.height=3", "render.max_depth=2"),
 )
 FRAMINGS = {

@@ -153,7 +153,8 @@ def test_a_species_that_is_too_bright_is_found_by_cover(monkeypatch):
     """What stands for hidden parts of broadleaf trees shines 1.12 times as bright as they do.
 
     The whole picture displays every leaf, so that the pruned one alone has the fault. Three fields
-    do not tell a fault of 1.08: the interval of its ratio, 1.017 to 1.049, reaches into the margin.
+    do not tell a fault of 1.08: the interval of its ratio, 1.017 to 1.049, reaches into the margin;
+    nor do they tell, of flat leaves, that the ratio without a fault is within it.
     """
     cases = [each for each in quick_cases("images", "cover") if each.args[0] == "aerial"]
     before, fit = verdicts("images", "cover", cases), lit_prototypes.fit_tone
@@ -167,4 +168,4 @@ def test_a_species_that_is_too_bright_is_found_by_cover(monkeypatch):
     after = verdicts("images", "cover", cases)
     where = "aerial/air_of_the_preset/1_px/267.8-306.2_m"
     name = f"luminance_ratio_to_the_unpruned_scene_without_airlight/{where}"
-    assert (before[name], after[name]) == ("holds", "refuted")
+    assert before[name] != "refuted" and after[name] == "refuted"

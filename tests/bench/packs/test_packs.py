@@ -177,15 +177,16 @@ def test_usd_has_all_there_is(pack: Path) -> None:
     which = np.array(instancer.GetProtoIndicesAttr().Get())
     assert len(which) == told["instances"]
     prims = [stage.GetPrimAtPath(p) for p in instancer.GetPrototypesRel().GetTargets()]
-    sticks = [
-        sum(
-            n - 1
-            for c in p.GetChildren()
-            for n in UsdGeom.Curves(c).GetCurveVertexCountsAttr().Get()
-        )
-        for p in prims
-    ]
+    curves, meshes = (
+        [[kind(c) for c in p.GetChildren() if c.IsA(kind)] for p in prims]
+        for kind in (UsdGeom.Curves, UsdGeom.Mesh)
+    )
+    sticks = [sum(n - 1 for c in row for n in c.GetCurveVertexCountsAttr().Get()) for row in curves]
     assert np.array(sticks)[which].sum() == told["sticks"]
+    leaves = [sum(len(c.GetFaceVertexCountsAttr().Get()) for c in row) for row in meshes]
+    (ground,) = (p for p in stage.Traverse() if p.IsA(UsdGeom.Mesh) and "ground" in p.GetName())
+    level = len(UsdGeom.Mesh(ground).GetFaceVertexCountsAttr().Get())
+    assert np.array(leaves)[which].sum() + level == told["triangles"] and level < told["triangles"]
     box = UsdGeom.BBoxCache(1, ["default"]).ComputeWorldBound(stage.GetPseudoRoot())
     found = box.ComputeAlignedRange()
     np.testing.assert_allclose([found.GetMin(), found.GetMax()], told["bounds_m"], atol=1e-3)
@@ -195,7 +196,7 @@ def test_usd_has_all_there_is(pack: Path) -> None:
     for name in choices.GetVariantNames():
         choices.SetVariantSelection(name)
         parts.append(
-            sum(len(UsdGeom.Curves(c).GetPointsAttr().Get()) for c in prims[0].GetChildren())
+            sum(len(UsdGeom.PointBased(c).GetPointsAttr().Get()) for c in prims[0].GetChildren())
         )
     assert len(parts) > 2 and parts == sorted(parts, reverse=True) and parts[-1] < parts[0] / 4
     camera = UsdGeom.Camera(stage.GetPrimAtPath("/pack/walk")).GetCamera(24)
@@ -213,7 +214,9 @@ def test_pbrt_has_all_there_is(pack: Path) -> None:
     sticks = {name: sum(s.kind == "curve" for s in o) for name, o in scene.objects.items()}
     assert sum(sticks[name] for name, _ in scene.instances) == told["sticks"]
     (ground,) = scene.shapes
-    assert len(ground.given["indices"]) + 0 == 3 * told["triangles"]
+    corners = {k: sum(len(s.given.get("indices", ())) for s in o) for k, o in scene.objects.items()}
+    leaves = sum(corners[name] for name, _ in scene.instances)
+    assert len(ground.given["indices"]) + leaves == 3 * told["triangles"] and leaves
     low, high = pbrt_text.points(ground)
     boxes = {k: np.array([pbrt_text.points(s) for s in o]) for k, o in scene.objects.items()}
     for name, place in scene.instances:
@@ -228,9 +231,13 @@ def test_pbrt_has_all_there_is(pack: Path) -> None:
     for name, shapes in scene.objects.items():
         prim = stage.GetPrimAtPath(f"/pack/instances/prototypes/{name}")
         usd = np.concatenate(
-            [np.array(UsdGeom.Gprim(c).GetDisplayColorAttr().Get()) for c in prim.GetChildren()]
+            [
+                np.array(UsdGeom.Gprim(c).GetDisplayColorAttr().Get())
+                for c in prim.GetChildren()
+                if c.IsA(UsdGeom.Curves)
+            ]
         )
-        text = {tuple(s.material["reflectance"]) for s in shapes}
+        text = {tuple(s.material["reflectance"]) for s in shapes if s.kind == "curve"}
         assert text == {tuple(float(f"{x:.6g}") for x in each) for each in usd.tolist()}
     atlas, _ = read_pixels(pack / pbrt.ATLAS)
     picture = np.stack([atlas[c] for c in "RGB"], axis=-1)
