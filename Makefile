@@ -37,7 +37,7 @@ bench: $(READY)
 # Each process has half of the tests, file by file, as what a file's tests share is made once; who
 # is done first takes of the other's.
 test: $(READY)
-	@echo "about ten minutes on two idle cores"
+	@echo "about eight minutes on two idle cores"
 	$(BIN)/python -m pytest -n 2 --dist worksteal
 
 slow: $(READY)
