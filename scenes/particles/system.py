@@ -457,7 +457,8 @@ class Plume(ParticleSystem):
         if self.kind.glows:
             place = points_in_ball(u)
             taper = (1 - place[:, 2]) / 2
-            return place * np.stack((taper, taper, 0 * taper + self.kind.stretch), axis=1), size
+            tall = np.full_like(taper, self.kind.stretch)
+            return place * np.stack((taper, taper, tall), axis=1), size
         u[:, 0] = (0.5 - np.sin(np.arcsin(1 - 2 * u[:, 0]) / 3)) ** 3  # 3r² - 2r³ lie within r
         return points_in_ball(u), size
 
