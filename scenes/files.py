@@ -1,7 +1,8 @@
 """Files that are whole or not there, that replace nobody else's work, and their names.
 
 Everything that lodbench keeps is written here: to a temporary name in the same folder, which
-becomes the file's own when all is written (``whole_file``). By a link, which never replaces, where
+becomes the file's own when all is written (``whole_file``; of frames,
+``scenes.render.exr.frames_on_disk``). By a link, which never replaces, where
 nothing may be replaced, so that the file system settles who comes first.
 """
 

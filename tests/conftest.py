@@ -32,23 +32,23 @@ os.environ["LODBENCH_SIGN_OF_LIFE"] = "0"
 
 
 def limit_memory() -> None:
-    """Let each process of the tests write to its share of the machine's memory, and no more.
+    """Let each process of the tests write to a share of the machine's memory, and no more.
 
-    A test that runs away with memory then fails with MemoryError, where the system would kill the
-    process, and with it all the tests that it has still to run. Address space that is only kept,
-    as compilers and browsers do, is not limited (RLIMIT_DATA of Linux).
+    The shares of two workers are more than there is: no two tests run away at once. One that does
+    then fails with MemoryError, where the system would kill the process, and with it all the tests
+    that it has still to run. Address space that is only kept, as compilers and browsers do, is not
+    limited (RLIMIT_DATA of Linux).
     """
     with suppress(ImportError):
         import resource
 
-        workers = int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1"))
-        share = int(MEMORY_SHARE * psutil.virtual_memory().total / workers)
+        share = int(MEMORY_SHARE * psutil.virtual_memory().total)
         _, hard = resource.getrlimit(resource.RLIMIT_DATA)
         most = share if hard == resource.RLIM_INFINITY else min(share, hard)
         resource.setrlimit(resource.RLIMIT_DATA, (most, hard))
 
 
-MEMORY_SHARE = 0.8
+MEMORY_SHARE = 0.7
 limit_memory()
 
 ROOMS = ("lod", "scenes", "bench")

@@ -1,1 +1,1 @@
-"""The experiments, one package each."""
+"""The experiments: each file is one, and is found by being here (``bench.experiment``)."""

@@ -192,13 +192,13 @@ def _light(content: Content) -> dict[str, Any]:
 
 
 def _haze(content: Content) -> dict[str, Any]:
-    from scenes.render.light import HORIZON_DEG
+    from scenes.render.haze import HORIZON_DEG
 
     return {"beta": rgb_extinction(content.scene.air).tolist(), "horizon_deg": HORIZON_DEG}
 
 
 def _airlight(light: dict[str, Any]) -> np.ndarray:
-    from scenes.render.light import horizon
+    from scenes.render.haze import horizon
 
     return horizon(light)[None]
 

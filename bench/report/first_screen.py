@@ -1,4 +1,7 @@
-"""What does a reader of one minute see? This file alone says it, for both kinds of page."""
+"""What does a reader of one minute see? Its words and what is chosen, for both kinds of page.
+
+In which order they stand is for ``page.html`` and ``page.md.jinja`` to say.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -33,9 +36,11 @@ WHAT_THIS_IS_NOT = (
     "Times are of the machine that the record names, and compare methods within one run.",
 )
 
+HEADINGS = {"measured": "What was measured", "limits": "What this is not"}
+
 FIRST = "counts"  # name of the plot that opens the page where there is one: counts against the law
 
-HEADLINE_HEADS = "verdict", "claim", "measured (95 %)", "unit", "command"
+HEADLINE_HEADS = "claim", "measured (95 %)", "unit", "command"  # after the verdict
 
 
 @dataclass(frozen=True)

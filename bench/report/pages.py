@@ -16,6 +16,7 @@ from bench.records.claims import Claim
 from bench.records.records import Pictures
 from bench.report.document import CLAIM_HEADS, MARKS, Section, claim_cells
 from bench.report.first_screen import (
+    HEADINGS,
     HEADLINE_HEADS,
     LEDE,
     TITLE,
@@ -52,6 +53,7 @@ def _filled(template: str, sections: Sequence[Section], **more: Markup) -> str:
         marks=MARKS,
         table=_table,
         claim_heads=CLAIM_HEADS,
+        headings=HEADINGS,
         headline_heads=HEADLINE_HEADS,
         title=TITLE,
         lede=LEDE,

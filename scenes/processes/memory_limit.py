@@ -56,10 +56,26 @@ def free_bytes(cgroups: Path = _CGROUPS, own: Path = _OWN) -> int:
     """Memory that this process may take without any other giving up some [bytes].
 
     The least of what the machine has available and of what is left of each limit on the control
-    groups that the process is in (version 1 or 2), whose file caches count as free.
+    groups that the process is in (version 1 or 2), whose file caches count as free, and of its own
+    limit on data (``ulimit -d``, Linux).
     """
     left = [int(psutil.virtual_memory().available), *_left_of_groups(cgroups, own)]
-    return max(min(left), 0)
+    return max(min([*left, *_left_of_data()]), 0)
+
+
+def _left_of_data() -> Iterator[int]:
+    if sys.platform.startswith("linux"):
+        import resource
+
+        most, _ = resource.getrlimit(resource.RLIMIT_DATA)
+        if most != resource.RLIM_INFINITY:
+            yield most - _of_status("VmData")
+
+
+def _of_status(name: str) -> int:
+    """Bytes that Linux has under a name of this process's status; 0 where it has none."""
+    rows = _text(Path("/proc/self/status")).splitlines()
+    return next((int(row.split()[1]) * 1024 for row in rows if row.startswith(name)), 0)
 
 
 def _left_of_groups(cgroups: Path, own: Path) -> Iterator[int]:
@@ -96,12 +112,8 @@ def peak_rss_bytes() -> int:
 
     On Linux ``ru_maxrss`` would start from what the process held that started it.
     """
-    status = Path("/proc/self/status")
-    if status.exists():
-        rows = status.read_text(encoding="ascii", errors="replace").splitlines()
-        held = [int(row.split()[1]) * 1024 for row in rows if row.startswith("VmHWM")]
-        if held:
-            return held[0]
+    if held := _of_status("VmHWM"):
+        return held
     try:
         import resource
     except ImportError:

@@ -9,7 +9,8 @@ turned.
 
 import gc
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
@@ -491,8 +492,9 @@ def build_scene(description: Description, lights: Description) -> BuiltScene:
             contents[name] = (
                 file_shape(name, shape, Path(folder)) if scalar else make_shape(name, shape, stub)
             )
-        placed = instance_plugins(copies, models)
-        scene = load_plugin({"type": "scene", **lights, **contents, **placed})
+        with _room_for_rays(Path(folder) / "log"):
+            placed = instance_plugins(copies, models)
+            scene = load_plugin({"type": "scene", **lights, **contents, **placed})
     names, surfaces = ["", *contents], None
     if not scalar:
         # A JIT variant numbers all shapes that there are, those of other scenes as well.
@@ -505,6 +507,19 @@ def build_scene(description: Description, lights: Description) -> BuiltScene:
     known = scene, kept, integrators, tuple(names), ids, owned, medium
     _ALIVE.add(built := BuiltScene(*known, surfaces, copies))
     return built
+
+
+@contextmanager
+def _room_for_rays(log: Path) -> Iterator[None]:
+    """Raise MemoryError where Embree has none left: the renderer warns, and rays meet nothing."""
+    logger: Any = mi.logger()  # type: ignore[operator]
+    logger.add_appender(heard := mi.StreamAppender(str(log)))
+    try:
+        yield
+    finally:
+        logger.remove_appender(heard)
+    if "Embree device error" in heard.read_log():
+        raise MemoryError("the renderer has no memory left for what its rays may meet")
 
 
 def _integrators(description: Description) -> dict[str, Any]:

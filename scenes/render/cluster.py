@@ -25,8 +25,8 @@ from typing import Any
 from lod.errors import InputError
 from scenes.files import DiskError, partial_path, stray_partials
 from scenes.processes.streams import open_standard_streams, signals_held
+from scenes.render.exr.frames_on_disk import Job, commit_frame, failure, kept_record
 from scenes.render.exr.header import Record, Settings, software
-from scenes.render.exr.sequence import Job, commit_frame, failure, kept_record
 from scenes.render.frame_session import FrameSession
 from scenes.render.variants import trusting
 from scenes.render.worker import MOST_TRIES, answer

@@ -23,6 +23,7 @@ from scenes.presets.load import has_acting
 from scenes.presets.schema import Preset
 from scenes.processes.memory_limit import peak_rss_bytes
 from scenes.render.description import describe_frame
+from scenes.render.exr.frames_on_disk import settings_hash
 from scenes.render.exr.header import (
     Record,
     Settings,
@@ -32,7 +33,6 @@ from scenes.render.exr.header import (
     software,
 )
 from scenes.render.exr.layer_file import with_mattes, write_exr
-from scenes.render.exr.sequence import settings_hash
 from scenes.render.memory import preflight
 from scenes.render.object_keys import identities_in
 from scenes.render.render import render_frame

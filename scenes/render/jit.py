@@ -16,7 +16,7 @@ import numpy as np
 
 from scenes.frame.frame_input import Quality, SampleWatch, sampler_seed
 from scenes.render.build import GUIDES, BuiltScene, Surfaces
-from scenes.render.light import Haze, JitArrays, air_along
+from scenes.render.haze import Haze, JitArrays, air_along
 from scenes.render.samples import Samples, pinhole, pixel_sums, sample_groups, sample_rays, sensor
 
 _ROULETTE_DEPTH = 5

@@ -77,7 +77,8 @@ def build_frame(
     name = variants.choose(quality.variant, quality.is_spectral)
     variants.use(name)
     from scenes.render.build import build_scene
-    from scenes.render.light import emitters, make_haze
+    from scenes.render.haze import make_haze
+    from scenes.render.light import emitters
 
     scene, haze = build_scene(description, emitters(light)), make_haze(light, frame_input.air)
     seconds["build"] = time.perf_counter() - start

@@ -7,8 +7,8 @@ from pathlib import Path
 from scenes.files import make_folder
 from scenes.presets.schema import Preset
 from scenes.render.budget import within_budget
+from scenes.render.exr.frames_on_disk import Job, open_job, owned_folder
 from scenes.render.exr.header import Record, Settings, frame_settings
-from scenes.render.exr.sequence import Job, open_job, owned_folder
 from scenes.render.frame_session import check_acted, prepare_track
 from scenes.render.variants import choose
 from scenes.render.worker import ProcessWatch, Worker, ignore, render_left

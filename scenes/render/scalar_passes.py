@@ -28,7 +28,7 @@ import numpy as np
 
 from scenes.frame.frame_input import Quality, SampleWatch, sampler_seed
 from scenes.render.build import GUIDES, BuiltScene
-from scenes.render.light import Direction, Haze, NumpyArrays, air_along
+from scenes.render.haze import Direction, Haze, NumpyArrays, air_along
 from scenes.render.samples import (
     Samples,
     pinhole,

@@ -32,8 +32,8 @@ from scenes.processes.streams import (
     own_stdout,
     signals_held,
 )
+from scenes.render.exr.frames_on_disk import FrameFailed, Job, render_sequence
 from scenes.render.exr.header import Record, Settings
-from scenes.render.exr.sequence import FrameFailed, Job, render_sequence
 from scenes.render.variants import trusting
 
 MOST_TRIES = 3  # how often a frame may kill its worker

@@ -279,10 +279,10 @@ def grow_tree(species: TreeSpecies, seed: int, k: int, season: str = "summer") -
         palette = np.vstack((bark, blends))
         return GrownTree(species, levels, foliage, np.zeros(0, np.int64), palette)
     # Every branch has its own shade, and every leaf its own about that.
-    branch = np.arange(len(levels[-1]))
-    for level in levels[:2:-1]:
+    branch, limbs = np.arange(len(levels[-1])), min(2, len(levels) - 1)
+    for level in levels[:limbs:-1]:
         branch = level.parent[branch]
-    of_branch = rng.normal(size=len(levels[2]))
+    of_branch = rng.normal(size=len(levels[limbs]))
     tone = 0.7 * of_branch[branch[foliage.twig]] + 0.7 * rng.normal(size=len(foliage.twig))
     middle = (len(shades) - 1) / 2
     shade = np.clip(np.rint(middle + tone), 0, len(shades) - 1).astype(np.int64)

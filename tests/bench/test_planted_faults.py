@@ -18,7 +18,7 @@ from lod.air import CLEAR
 from scenes import scene
 from scenes.field import prototypes as lit_prototypes
 from scenes.field import prototypes as posed_species
-from scenes.render import light
+from scenes.render import haze
 from scenes.scene import Scene
 from tests.bench.edited import with_cases
 
@@ -47,9 +47,9 @@ def test_denser_air_in_the_renderer_alone_is_found_by_air(monkeypatch):
     if not cases:
         pytest.skip("no variant with a just-in-time compiler works here")
     before = verdicts("air", "air", cases)
-    make = light.make_haze
+    make = haze.make_haze
     monkeypatch.setattr(
-        light,
+        haze,
         "make_haze",
         lambda described, air: make(
             described, air if air == CLEAR else replace(air, visibility_m=air.visibility_m / 1.05)

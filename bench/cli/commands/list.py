@@ -89,8 +89,8 @@ def _text(value: Any) -> str:
 
 
 def _objects(path: Path, only: tuple[int, ...], out: Output) -> None:
+    from scenes.render.exr.frames_on_disk import read_whole
     from scenes.render.exr.header import preset_from_settings
-    from scenes.render.exr.sequence import read_whole
     from scenes.render.memory import preflight
     from scenes.render.object_keys import identities
     from scenes.scene import Scene

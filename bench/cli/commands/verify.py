@@ -10,7 +10,7 @@ from bench.cli.flags import StrictCommand, frame_numbers, memory_flag
 from bench.cli.output import Output, frame_progress, progress_bar
 
 if TYPE_CHECKING:
-    from scenes.render.exr.sequence import Job
+    from scenes.render.exr.frames_on_disk import Job
     from scenes.render.exr.verify import Checked
     from scenes.render.render_files import Workers
 

@@ -13,9 +13,7 @@ import numpy as np
 from lod.errors import InputError
 from scenes.files import stray_partials
 from scenes.presets.schema import Preset
-from scenes.render.exr.header import Record, Settings, preset_from_settings, software
-from scenes.render.exr.layer_file import channel_types, read_pixels
-from scenes.render.exr.sequence import (
+from scenes.render.exr.frames_on_disk import (
     Job,
     Kinds,
     WholeFrame,
@@ -25,6 +23,8 @@ from scenes.render.exr.sequence import (
     sequences_in,
     settings_hash,
 )
+from scenes.render.exr.header import Record, Settings, preset_from_settings, software
+from scenes.render.exr.layer_file import channel_types, read_pixels
 
 _SIGNED = ("N.", "motion.", "Crypto")  # layers whose numbers may be below 0
 

@@ -9,7 +9,7 @@ from bench.cli.main import main
 from scenes.actors.acting import Acting
 from scenes.actors.performance import ActedFrame
 from scenes.presets.load import load_preset
-from scenes.render.exr.sequence import read_whole
+from scenes.render.exr.frames_on_disk import read_whole
 from scenes.render.object_keys import identities
 from scenes.scene import Scene
 

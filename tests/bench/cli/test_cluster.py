@@ -10,7 +10,7 @@ import pytest
 from bench.cli.main import main
 from scenes.render import cluster as cluster_frames
 from scenes.render.cluster import frame_task
-from scenes.render.exr.sequence import read_whole
+from scenes.render.exr.frames_on_disk import read_whole
 
 pytest.importorskip("distributed")
 cloudpickle.register_pickle_by_value(sys.modules[__name__])

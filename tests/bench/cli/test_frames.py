@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from scenes.presets.load import load_preset
+from scenes.render.exr.frames_on_disk import open_job, render_sequence
 from scenes.render.exr.header import frame_settings
-from scenes.render.exr.sequence import open_job, render_sequence
 from scenes.render.frame_session import FrameSession
 from tests.said import said
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from scenes.render.exr.sequence import sequences_in, settings_hash
+from scenes.render.exr.frames_on_disk import sequences_in, settings_hash
 
 ROOT = Path(__file__).resolve().parents[3]
 TINY = Path(__file__).with_name("tiny.toml")

@@ -57,7 +57,7 @@ from scenes.files import check_pattern
 from scenes.imported.library import pack, read_model, unpack
 from scenes.presets.load import known_keys, load_preset, preset_from, preset_names
 from scenes.processes.cache import kept_data
-from scenes.render.exr.sequence import read_whole
+from scenes.render.exr.frames_on_disk import read_whole
 from tests.scenes.imported.sample_models import glb, lamp_tree_parts, mill
 
 KINDS = 10

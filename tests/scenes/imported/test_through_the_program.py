@@ -17,9 +17,9 @@ from lod.errors import InputError
 from scenes.imported.library import keep_model, model_by_digest, read_model
 from scenes.model_files import user_model_names
 from scenes.presets.load import load_preset
+from scenes.render.exr.frames_on_disk import read_whole
 from scenes.render.exr.header import frame_settings
 from scenes.render.exr.layer_file import read_exr
-from scenes.render.exr.sequence import read_whole
 from scenes.render.frame_session import FrameSession
 from scenes.render.variants import choose
 from tests.said import said

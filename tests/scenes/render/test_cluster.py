@@ -24,9 +24,9 @@ from scenes.render.cluster import (
     render_on_cluster,
     sweep,
 )
+from scenes.render.exr.frames_on_disk import open_job, render_sequence
 from scenes.render.exr.header import frame_settings
 from scenes.render.exr.layer_file import write_exr
-from scenes.render.exr.sequence import open_job, render_sequence
 from scenes.render.frame_session import FrameSession
 
 pytest.importorskip("distributed")

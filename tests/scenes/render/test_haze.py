@@ -7,16 +7,8 @@ from lod.air import Air
 from scenes.frame.frame_input import FrameInput, Light
 from scenes.frame.layers import SKY_Z
 from scenes.render import variants
-from scenes.render.light import (
-    Direction,
-    Haze,
-    JitArrays,
-    NumpyArrays,
-    air_along,
-    horizon,
-    make_bands,
-    sun_disc,
-)
+from scenes.render.haze import Direction, Haze, JitArrays, NumpyArrays, air_along, horizon
+from scenes.render.light import make_bands, sun_disc
 from scenes.render.render import render_frame
 
 AIR = Air(8000.0)

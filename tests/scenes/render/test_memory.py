@@ -1,9 +1,14 @@
 """Memory: what is free, what a frame needs by its counts, and a refusal with both figures."""
 
+import resource
 import subprocess
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import psutil
 import pytest
 
@@ -11,7 +16,7 @@ from lod.shapes import Sticks, Triangles, batches_of
 from scenes.frame.frame_input import Quality
 from scenes.presets.load import load_preset
 from scenes.processes.memory_limit import free_bytes
-from scenes.render import frame_session
+from scenes.render import build, frame_session, variants
 from scenes.render.exr.header import frame_settings
 from scenes.render.frame_session import FrameSession
 from scenes.render.memory import forecast, frame_bytes, predict_bytes
@@ -83,6 +88,44 @@ def test_a_path_of_the_host_s_leads_to_the_root_that_is_mounted(tmp_path: Path) 
     root = tmp_path / "cgroups"
     group(root, str(GIB), 0, 0)
     assert free_bytes(root, own(tmp_path, "0::/docker/0123abc\n")) == GIB
+
+
+@contextmanager
+def room(size: int) -> Iterator[None]:
+    """Let this process take so many bytes of memory for data more than it has."""
+    rows = (line.split() for line in Path("/proc/self/status").read_text().splitlines())
+    held = next(int(row[1]) * 1024 for row in rows if row[0] == "VmData:")
+    before = resource.getrlimit(resource.RLIMIT_DATA)
+    resource.setrlimit(resource.RLIMIT_DATA, (held + size, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_DATA, before)
+
+
+@pytest.mark.usefixtures("machine")
+def test_the_process_s_own_limit_on_data_counts(tmp_path: Path) -> None:
+    with room(GIB):
+        assert free_bytes(tmp_path, tmp_path) == pytest.approx(GIB, rel=0.1)
+
+
+def test_a_scene_for_which_the_renderer_finds_no_room_is_an_error(make, monkeypatch):
+    """It would warn, and give a picture of the sky alone."""
+    if (variant := variants.choose()) == variants.SCALAR_VARIANT:
+        pytest.skip("no variant with a just-in-time compiler works here")
+    load, ground, n = build.load_plugin, make.ground(), 10**6
+
+    def loads(plan):
+        with room(2**24) if plan["type"] == "scene" else nullcontext():
+            return load(plan)
+
+    monkeypatch.setattr(build, "load_plugin", loads)
+    corners = np.random.default_rng(1).normal(size=(3 * n, 3))
+    flat = np.zeros((3 * n, 3), np.float32)
+    faces, owner = np.arange(3 * n).reshape(-1, 3), np.zeros(n, np.int64)
+    many = replace(ground, shape=Triangles(corners, flat, flat, faces, owner))
+    with pytest.raises(MemoryError, match="no memory left"):
+        make.rendered(variant, many)
 
 
 KINDS = Sticks, Triangles

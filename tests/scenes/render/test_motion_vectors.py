@@ -15,7 +15,8 @@ from scenes.presets.load import load_preset
 from scenes.render import variants
 from scenes.render.build import build_scene
 from scenes.render.description import describe_frame
-from scenes.render.light import emitters, make_haze
+from scenes.render.haze import make_haze
+from scenes.render.light import emitters
 from scenes.render.render import render_frame
 from scenes.render.samples import carry_with_stick, next_positions, project
 from scenes.render.scalar_passes import render_passes

@@ -7,7 +7,8 @@ from lod.air import CLEAR, Air, haze_extinction
 from lod.errors import InputError
 from scenes.frame.frame_input import Quality
 from scenes.render import variants
-from scenes.render.light import horizon, make_bands
+from scenes.render.haze import horizon
+from scenes.render.light import make_bands
 
 SPECTRAL = ("scalar_spectral", "llvm_ad_spectral")
 AIR = Air(5000.0)

@@ -13,7 +13,7 @@ import pytest
 
 from lod.errors import InputError
 from scenes.render import worker as worker_module
-from scenes.render.exr.sequence import FrameFailed, open_job
+from scenes.render.exr.frames_on_disk import FrameFailed, open_job
 from scenes.render.worker import MOST_TRIES, Worker, render_left
 
 SETTINGS = {"render": {"variant": "scalar_rgb"}}
@@ -202,7 +202,7 @@ HEAVY = ("mitsuba", "drjit", "numba", "OpenEXR", "scipy", "colour")
 CODE = f"""
 import sys
 import bench.cli.commands.render, bench.cli.output
-import scenes.render.exr.sequence, scenes.render.worker
+import scenes.render.exr.frames_on_disk, scenes.render.worker
 import scenes.render.variants
 print(*[name for name in {HEAVY} if name in sys.modules])
 """

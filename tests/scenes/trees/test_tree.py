@@ -6,6 +6,7 @@ A species of tree is one TOML file, and what is wrong in it is said.
 """
 
 import shutil
+from dataclasses import replace
 from functools import lru_cache
 from importlib import resources
 from itertools import pairwise
@@ -223,6 +224,13 @@ def test_it_grows_with_the_square_of_the_wind():
 
     assert farthest(10.0) == pytest.approx(4 * farthest(5.0), rel=0.05)
     assert 0.1 < farthest(10.0) < 0.8
+
+
+@pytest.mark.parametrize("levels", [1, 2])
+def test_leaves_grow_on_however_few_levels_of_branches(levels):
+    birch = tree_species("birch")
+    grown = grow_tree(replace(birch, levels=birch.levels[:levels]), 1, 0)
+    assert set(grown.foliage.twig) <= set(range(len(grown.levels[levels]))) != set()
 
 
 FOLDER = Path(str(resources.files("scenes.trees") / "species"))

@@ -18,6 +18,7 @@ from scenes.frame.layers import Layers
 from scenes.presets.load import load_preset, preset_from, preset_names
 from scenes.presets.schema import OutputPreset
 from scenes.render.exr import layer_file as exr
+from scenes.render.exr.frames_on_disk import read_whole, settings_hash
 from scenes.render.exr.header import (
     frame_header,
     frame_settings,
@@ -26,7 +27,6 @@ from scenes.render.exr.header import (
     settings_in,
 )
 from scenes.render.exr.layer_file import read_header, write_exr
-from scenes.render.exr.sequence import read_whole, settings_hash
 
 EYE = np.array([1.25, 2.0, 3.0])
 SIZE = (9, 5)

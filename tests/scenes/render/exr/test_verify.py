@@ -8,9 +8,9 @@ import pytest
 from lod.errors import InputError
 from scenes.frame.layers import Layers
 from scenes.presets.load import preset_from
+from scenes.render.exr.frames_on_disk import open_job, render_sequence
 from scenes.render.exr.header import frame_settings, settings_attributes
 from scenes.render.exr.layer_file import write_exr
-from scenes.render.exr.sequence import open_job, render_sequence
 from scenes.render.exr.verify import check_folder, repairs
 
 SETTINGS = frame_settings(preset_from({"render": {"size": "8x4"}}), "scalar_rgb")

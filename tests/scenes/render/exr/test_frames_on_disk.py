@@ -11,15 +11,15 @@ from lod.errors import InputError
 from scenes.files import DiskError
 from scenes.frame.layers import Layers
 from scenes.presets.load import preset_from
-from scenes.render.exr.header import frame_settings, settings_attributes
-from scenes.render.exr.layer_file import read_exr, write_exr
-from scenes.render.exr.sequence import (
+from scenes.render.exr.frames_on_disk import (
     FrameFailed,
     open_job,
     read_whole,
     render_sequence,
     settings_hash,
 )
+from scenes.render.exr.header import frame_settings, settings_attributes
+from scenes.render.exr.layer_file import read_exr, write_exr
 
 SETTINGS = frame_settings(preset_from({"render": {"size": "8x4", "spp": 4}}), "scalar_rgb")
 OTHER = frame_settings(preset_from({"render": {"size": "8x4", "spp": 16}}), "scalar_rgb")
