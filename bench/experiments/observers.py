@@ -4,8 +4,9 @@
 program can measure it. ``simulated`` sends observers of a stated model through the same protocol
 and the same fit: thresholds must come out without bias, intervals must cover, and whoever guesses
 or often lapses must be excluded by the rules. ``predicted`` asks models, and nobody: every preset
-as shipped, still and moving, beside one that is four times as fine, from two distances. Reference
-and preset have samples of their own; the reference with others tells what grain alone does.
+as shipped, still and moving, beside a reference that is up to four times as fine, from two
+distances. Reference and preset have samples of their own; the reference with others tells what
+grain alone does.
 """
 
 import math
@@ -38,6 +39,7 @@ from bench.statistics.estimates import Estimate, two_sided_mean, two_sided_share
 from lod.errors import InputError
 from lod.eye import Eye
 from scenes.presets.load import load_preset, preset_names
+from scenes.render.budget import reference_preset
 from scenes.render.pictures import auto_exposure, to_srgb_8bit
 from scenes.render.variants import choose
 from scenes.scene import Scene
@@ -229,7 +231,7 @@ def simulated_plots(record: Record) -> Iterator[Plot]:
     yield figure("simulated", "Thresholds of simulated observers are found", caption, [panel])
 
 
-FINER = 4  # how many times as fine as the shipped one the detail of the reference is
+FINER = 4  # how many times as fine as the shipped one the detail of the reference is at most
 DISTANCES = 60, 30  # pixels per degree: of the observers here, and of somebody half as far away
 
 SAID = {
@@ -240,11 +242,17 @@ SAID = {
 
 
 def predicted_cases(
-    presets: Sequence[str], count: int, size: str, spp: int, frames: int, unseen: bool
+    presets: Sequence[str],
+    count: int,
+    size: str,
+    spp: int,
+    frames: int,
+    most_bytes: int,
+    unseen: bool,
 ) -> Sequence[Case]:
     """Return presets, or every one without names, from some places, still and moving."""
     return [
-        partial(measure_predicted, place, way, spp, frames, choose())
+        partial(measure_predicted, place, way, spp, frames, most_bytes, choose())
         for name in presets or [name for name, _ in preset_names()]
         for place in places(name, count, unseen, size)
         if place.sun in ("in turn", f"{SUNS_DEG[place.number % len(SUNS_DEG)]:g}°")
@@ -253,13 +261,14 @@ def predicted_cases(
 
 
 def measure_predicted(
-    place: Place, way: str, spp: int, frames: int, variant: str, seed: int
+    place: Place, way: str, spp: int, frames: int, most_bytes: int, variant: str, seed: int
 ) -> Point:
     """Ask models about a preset from a place; what they say is in 10⁻⁶.
 
     Barten's eye looks at the first frame: a contrast of c thresholds is seen with probability
     Φ(k·(c − 1)), where k is the ratio of signal to noise at which it sees half of the time (Barten
-    1999, section 2.2). A preset moves as it does, or at 1.4 m/s where its eye stands still.
+    1999, section 2.2). A preset moves as it does, or at 1.4 m/s where its eye stands still. The
+    reference is as fine as ``most_bytes`` of memory allow, up to FINER times.
     """
     VIDEO.needed()
     shipped = place.load()
@@ -267,9 +276,10 @@ def measure_predicted(
     if not shipped.camera.keys:
         looks.append(f"camera.speed={(shipped.camera.speed or 1.4) * (way == 'moving')}")
     scene = Scene(load_preset(place.preset, looks))
-    finer = [*looks, f"view.detail={shipped.view.detail / FINER}"]
-    reference = scene.with_preset(load_preset(place.preset, finer))
     numbers = range(place.frame, place.frame + (frames if way == "moving" else 1))
+    finest = shipped.view.detail / FINER
+    finer = reference_preset(scene.preset, numbers, most_bytes, finest=finest)
+    reference = scene.with_preset(finer)
     of = enumerate((reference, reference, scene), 3 * seed)
     radiance = [[*radiances(each, numbers, variant, samples)] for samples, each in of]
     exposure = auto_exposure(radiance[0][0])
@@ -277,7 +287,7 @@ def measure_predicted(
     whole, *both = (each.astype(np.float32) / 255 for each in shown)
     tested = dict(zip(("jod_grain", "jod"), both, strict=True))
     jod = just_objectionable_differences(tested, whole, shipped.camera.fps, DISTANCES)
-    samples: list[Column] = []
+    samples: list[Column] = [*columns({"reference": [round(1e6 * finer.view.detail)]})]
     for k, ppd in enumerate(DISTANCES):
         grain, pruned = (band_contrasts(each[0], shown[0][0], ppd) for each in shown[1:])
         contrast = beyond_grain(pruned, grain).max()
@@ -285,7 +295,7 @@ def measure_predicted(
         said |= {name: values[k] for name, values in jod.items()}
         samples += columns({name: [round(1e6 * v)] for name, v in said.items()}, ppd=ppd)
     case = {"topic": "predicted", "preset": place.preset, "way": way}
-    return Point(case, samples=tuple(samples), scene=scene_digest([looks, finer, frames]))
+    return Point(case, samples=tuple(samples), scene=scene_digest([looks, finest, frames]))
 
 
 def predicted_claims(points: Sequence[Point]) -> Iterator[Claim]:
@@ -307,7 +317,10 @@ def predicted_plots(record: Record) -> Iterator[Plot]:
             drawn.append(estimated(f"{way}, {ppd} pixels a degree", range(len(found)), found))
         scale = "linear", "linear"
         panels.append(Panel(name, ("preset", name), drawn, scale, "points", names))
-    caption = "Presets as shipped beside references of a quarter of their detail: mean over places."
+    caption = (
+        "Presets as shipped beside references as fine as memory allows, up to four times as fine: "
+        "mean over places."
+    )
     yield figure("predicted", "What models say of presets as shipped", caption, panels)
 
 
@@ -336,6 +349,7 @@ EXPERIMENT = Experiment(
                 "size": "640x360",
                 "spp": 16,
                 "frames": 4,
+                "most_bytes": 10 * 10**9,
                 "unseen": True,
             },
             quick={
@@ -344,6 +358,7 @@ EXPERIMENT = Experiment(
                 "size": "96x54",
                 "spp": 64,
                 "frames": 3,
+                "most_bytes": 4 * 10**9,
                 "unseen": False,
             },
             seconds=(5400, 240),

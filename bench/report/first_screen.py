@@ -13,7 +13,7 @@ from bench.records.claims import Claim
 from bench.records.records import Pictures
 from bench.report.document import Section, run_command, verified
 
-TITLE = "lodbench: what was claimed, and what was measured"
+TITLE = "lodbench: what was claimed, and what was measured"  # tells that a page is a report
 
 LEDE = (
     "In 1987 E. H. Blake gave a rule for what to leave out of a picture, and claimed that with it "

@@ -108,11 +108,12 @@ def reference_preset(
     frames: Sequence[int],
     most_bytes: int | None = None,
     note: Callable[[str], object] = lambda text: None,
+    finest: float = FINEST_PX,
 ) -> Preset:
     """Give the preset of the references of a preset's frames: as fine as memory allows.
 
     Nothing is left out for air, blur or an eye, and nothing fades. The detail is the finest, from
-    one pixel to FINEST_PX, at which all frames are estimated to need at most so many bytes
+    one pixel to ``finest``, at which all frames are estimated to need at most so many bytes
     (``memory_limit``) and the ground can be made; ``note`` is called with a line that tells it.
     Raises InputError where not even one pixel fits.
     """
@@ -121,8 +122,8 @@ def reference_preset(
     scene, limit = Scene(preset.model_copy(update={**plain, "air": air})), memory_limit(most_bytes)
     preflight(scene, (), most_bytes)
     variant = choose(preset.render.variant, preset.render.spectral)
-    detail, needed, next_finer, why = 0.0, 0, 1.0, f"finer than {FINEST_PX:g} px is not tried"
-    while next_finer > FINEST_PX * (1 - 1e-9):
+    detail, needed, next_finer, why = 0.0, 0, 1.0, f"finer than {finest:g} px is not tried"
+    while next_finer > finest * (1 - 1e-9):
         views = (replace(scene.view(frame), detail=next_finer) for frame in frames)
         try:
             found = [frame_bytes(forecast(scene.world, v), scene.preset, variant) for v in views]

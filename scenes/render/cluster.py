@@ -234,7 +234,7 @@ def frame_task(
 def render_on_cluster(job: Job, cluster: Cluster, task: Task = frame_task) -> Iterator[Record]:
     """Render what is not done, giving a record after each frame, in the order in which they end.
 
-    Records and errors are those of sequence.render_sequence.
+    Records and errors are those of frames_on_disk.render_sequence.
     """
     for frame in job.paths:
         if frame in job.done:

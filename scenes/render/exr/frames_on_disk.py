@@ -2,8 +2,9 @@
 
 ``owned_folder`` keeps others out. ``render_sequence`` has each frame rendered into a partial file
 beside its place; ``write_exr`` of ``layer_file`` fills it, puts the hash of all its bytes into its
-header, has the system store it and reads it back. ``commit_frame`` links it to its own name, or
-replaces what may be replaced, and removes the partial file: a frame is whole or not there at all.
+header, has the system store it and reads it back. ``commit_frame`` gives it its own name by a link,
+or in place of what may be replaced (``scenes.files.give_name``), and removes the partial file: a
+frame is whole or not there at all.
 
 A frame is its own record. Its header holds its number, every setting and a hash of the whole file
 (``seal``), so that the files alone say which frames of a folder are done; there is no index. Each

@@ -302,7 +302,7 @@ def write_channels(path: str | Path, channels: Mapping[str, np.ndarray], notes: 
 def _settle(path: Path) -> str:
     """Have the system keep the file, and hash what it kept.
 
-    It is read back first: the library closes a file without asking whether its end was written.
+    It is read back: the library closes a file without asking whether its end was written.
     """
     with path.open("r+b") as file:
         digest = hashlib.file_digest(file, "sha256").hexdigest()

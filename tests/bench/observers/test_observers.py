@@ -280,7 +280,7 @@ def test_models_see_more_in_a_coarser_preset():
     for detail in ("view.detail=1", "view.detail=16"):
         (place,) = places("crowd", 1, False, "64x36")
         place = replace(place, settings=(*place.settings, detail))
-        point = measure_predicted(place, "still", 16, 1, choose(), 0)
+        point = measure_predicted(place, "still", 16, 1, 4 * 10**9, choose(), 0)
         seen.append(point.column("jod", ppd=60)[0])
     assert seen[1] < seen[0]
 
