@@ -113,8 +113,9 @@ def reference_preset(
     """Give the preset of the references of a preset's frames: as fine as memory allows.
 
     Nothing is left out for air, blur or an eye, and nothing fades. The detail is the finest, from
-    one pixel to ``finest``, at which all frames are estimated to need at most so many bytes
-    (``memory_limit``) and the ground can be made; ``note`` is called with a line that tells it.
+    one pixel (from ``finest`` if that is coarser) to ``finest``, at which all frames are estimated
+    to need at most so many bytes (``memory_limit``) and the ground can be made; ``note`` is called
+    with a line that tells it.
     Raises InputError where not even one pixel fits.
     """
     plain = {"view": preset.view.model_copy(update=_UNPRUNED), "display": None, "eye": None}
@@ -122,7 +123,8 @@ def reference_preset(
     scene, limit = Scene(preset.model_copy(update={**plain, "air": air})), memory_limit(most_bytes)
     preflight(scene, (), most_bytes)
     variant = choose(preset.render.variant, preset.render.spectral)
-    detail, needed, next_finer, why = 0.0, 0, 1.0, f"finer than {finest:g} px is not tried"
+    detail, needed, next_finer = 0.0, 0, max(1.0, finest)
+    why = f"finer than {finest:g} px is not tried"
     while next_finer > finest * (1 - 1e-9):
         views = (replace(scene.view(frame), detail=next_finer) for frame in frames)
         try:
