@@ -151,6 +151,8 @@ class TimeLeft:
 
 _RISE_S = 10
 
+_AT_ONCE_S = 1.0  # what is done so soon was kept, and tells nothing of what is left
+
 
 def bars_are_shown() -> bool:
     """Tell whether someone looks: stderr is a terminal, and the command prints no JSON."""
@@ -168,14 +170,14 @@ class _Doing:
         self.bar: Any = None
         self._works: dict[float, tuple[float, float, float, TimeLeft]] = {}
 
-    def tell(self, what: str, done: float, total: float) -> None:
+    def tell(self, what: str, done: float, total: float, kept: bool = False) -> None:
         """Note how far something is, and how long it still takes once that is known."""
         now = time.monotonic()
         if not total:  # what nobody knows the end of, as compilation, passes over the rest
             self.kernels, self._until = what, now + _RISE_S
             return
         first, last, began, time_left = self._works.get(total, (done, math.inf, now, TimeLeft()))
-        if done < last:  # new work; the steps of one have names of their own
+        if done < last or kept:  # new work; the steps of one have names of their own
             first, began, time_left = done, now, TimeLeft()
         self._works[total] = first, done, began, time_left
         if done >= total:
@@ -259,13 +261,17 @@ def _shown_bar(total: float | None, unit: str) -> Iterator[Any]:
 @contextmanager
 def progress_bar(unit: str) -> Iterator[Progress]:
     """Open a bar that counts units; away from a terminal and under --json it only notes them."""
+    began = time.monotonic()
     with _shown_bar(None, unit) as bar:
 
         def show(done: int, total: int, what: str) -> None:
+            kept = time.monotonic() < began + _AT_ONCE_S
             if bar.disable:
-                _DOING.tell(what, done, total)
+                _DOING.tell(what, done, total, kept)
                 return
             bar.total, bar.n = total, done
+            if kept:
+                bar.initial = done
             bar.set_description_str(f"{what} ")  # at once: what comes next may take long
 
         yield show

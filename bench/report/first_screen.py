@@ -38,6 +38,8 @@ WHAT_THIS_IS_NOT = (
 
 HEADINGS = {"measured": "What was measured", "limits": "What this is not"}
 
+MOST = 10  # claims that lead where none is marked to
+
 FIRST = "counts"  # name of the plot that opens the page where there is one: counts against the law
 
 HEADLINE_HEADS = "claim", "measured (95 %)", "unit", "command"  # after the verdict
@@ -76,7 +78,8 @@ def first_screen(sections: Sequence[Section]) -> FirstScreen:
         f"{run_command(section.record)} -o out/records",
         first,
         next(((s, each) for s in sections for each in s.pictures), None),
-        [(s, c) for s in reversed(newest.values()) for c in s.claims if c.headline],
+        [(s, c) for s in reversed(newest.values()) for c in s.claims if c.headline]
+        or [(section, each) for each in section.of_kind("measurement")][:MOST],
         f"{verified(checks)} {LAW}".strip(),
     )
 

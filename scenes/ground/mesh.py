@@ -342,6 +342,7 @@ class Terrain:
 
     amplitude, wavelength, hurst, ridged   of the relief (scenes.ground.relief)
     finest   spacing of the finest mesh [m], a power of two
+    detail   τ of the ground in view, as a share of the view's
     cover    what lies on it, one of GROUND_MATERIALS
     aggregate_cover   what undisplayed objects leave on it; None: nothing
     to_sun   unit vector to the sun (3,), for facets too small to be drawn; None: no sun
@@ -353,6 +354,7 @@ class Terrain:
     hurst: float
     reach: float
     finest: float = 0.125
+    detail: float = 1.0
     ridged: bool = False
     cover: str = "grassy"
     name: str = "terrain"
@@ -494,7 +496,7 @@ class Terrain:
 
     def limits(self, view: View) -> tuple[Reals, Reals, Reals, Reals]:
         """Limit distances of the tiles of each level (``quadtree.limits``), (l,) each [m]."""
-        return limits(self.relief, self.spacings, view)
+        return limits(self.relief, self.spacings, view, self.detail)
 
     def triangle_count(self, parts: Parts) -> int:
         """Count the triangles of the mesh of all tiles, which is not made."""

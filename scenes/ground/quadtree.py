@@ -215,15 +215,18 @@ def seen_tilt(relief: Relief, spacings: Reals, elevation: Reals) -> Reals:
     return np.minimum(elevation - slopes[:, 0], 1.0)
 
 
-def limits(relief: Relief, spacings: Reals, view: View) -> tuple[Reals, Reals, Reals, Reals]:
+def limits(
+    relief: Relief, spacings: Reals, view: View, detail: float = 1.0
+) -> tuple[Reals, Reals, Reals, Reals]:
     """Limit distances of the tiles of each level, (l,) each [m].
 
     They are those in view, hidden in it, out of it, and out of it with their shadows. They do not
     increase with the level, and are infinite for the first one. Air and eye shorten them as they do
-    every part's, by the ground's own class of contrast.
+    every part's, by the ground's own class of contrast. ``detail`` is τ in view as a share of the
+    view's.
     """
     if view.metric.finite:
-        limit, m, m_hidden = view.metric.limit, view.m, view.m_offscreen
+        limit, m, m_hidden = view.metric.limit, detail * view.m, view.m_offscreen
     else:
         limit, m = blake, FULL_DETAIL_PX * view.camera.pixel_angle
         m_hidden = m / view.offscreen_detail

@@ -409,6 +409,7 @@ class TerrainPreset(Table):
     finest: Annotated[
         PowerOfTwo, key("finest spacing of the mesh [m], a power of two", least=2**-5, most=1)
     ] = 0.25
+    detail: float = key("τ of the ground in view, as a share of view.detail", 1.0, above=0, most=1)
     ridged: bool = key("whether the relief has crests, as mountains do", False)
     cover: Literal["grassy", "trodden", "bare", "snowy"] = key("what lies on the ground", "grassy")
 

@@ -60,6 +60,16 @@ def test_away_from_a_terminal_a_line_says_what_takes_long(monkeypatch, capsys):
     assert capsys.readouterr().err == ""
 
 
+def test_steps_that_were_kept_tell_nothing_of_the_time_left(monkeypatch):
+    doing, clock = _Doing(), iter((0.0, 0.1, 0.1, 10.1, 10.1))
+    monkeypatch.setattr(time, "monotonic", lambda: next(clock))
+    doing.tell("kept", 0, 48, True)
+    doing.tell("measured", 27, 48, True)
+    assert str(doing) == "measured 27/48"
+    doing.tell("measured", 28, 48)
+    assert str(doing) == "measured 28/48, 3 min left"
+
+
 def test_steps_with_names_of_their_own_share_one_time_left(monkeypatch):
     doing, now, said = _Doing(), [0.0], []
     monkeypatch.setattr("bench.cli.output.time.monotonic", lambda: now[0])

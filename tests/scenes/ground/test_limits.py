@@ -1,6 +1,7 @@
 """P, R and limit distances of the ground's tiles: what of a bump the eye sees decides."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -61,6 +62,9 @@ def test_limits_are_the_metrics_own_of_p_and_r(metric, above):
     view = view_of(HILLS, metric=metric, above=above)
     R, limit = ranges(HILLS.relief, HILLS.spacings), METRICS[metric].limit
     inside, *unseen = HILLS.limits(view)
+    finer, *out_of_view = replace(HILLS, detail=0.5).limits(view)
+    np.testing.assert_array_equal(finer, HILLS.limits(replace(view, detail=view.detail / 2))[0])
+    np.testing.assert_array_equal(out_of_view, unseen)
     outside = max(view.m_offscreen, math.radians(0.533))
     for got, m in zip(unseen, (view.m_offscreen, outside, UNLIT * outside), strict=True):
         np.testing.assert_allclose(got[1:], limit(at_tilt(HILLS, 0.0), R, m)[1:])
