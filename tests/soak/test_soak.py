@@ -140,7 +140,8 @@ class Frames(RuleBasedStateMachine):
     """A folder of frames.
 
     reported  seed of every frame that a command reported done, and that nobody harmed since
-    harmed    what the test wrote in a frame's place: "remains" of a frame, or another's "file"
+    harmed    what the test wrote in a frame's place: "remains" of a frame, another's "file", or the
+              seed of a whole frame of another number
     """
 
     def __init__(self) -> None:
@@ -148,7 +149,7 @@ class Frames(RuleBasedStateMachine):
         self.temporary = tempfile.TemporaryDirectory()
         self.folder = Path(self.temporary.name)
         self.reported: dict[int, int] = {}
-        self.harmed: dict[int, str] = {}
+        self.harmed: dict[int, str | int] = {}
 
     def teardown(self) -> None:
         self.temporary.cleanup()
@@ -188,7 +189,7 @@ class Frames(RuleBasedStateMachine):
         before = dict(self.harmed), self.whole()
         code, lines = Command(self.folder, *render_words(seed, frames)).end()
         refused = any(before[1].get(each, seed) != seed for each in frames)
-        refused |= any(before[0].get(each) == "file" for each in frames)
+        refused |= any(before[0].get(each, seed) not in ("remains", seed) for each in frames)
         assert code == (2 if refused else 0)
         self.take(lines, seed)
         assert refused or {each: self.whole()[each] for each in frames} == dict.fromkeys(
@@ -281,7 +282,7 @@ class Frames(RuleBasedStateMachine):
             self.path(frame).write_bytes(content)
             self.reported.pop(frame, None)
         if len({seeds_of[one], seeds_of[two]}) == 1:
-            self.harmed |= {one: "remains", two: "remains"}
+            self.harmed |= {one: seeds_of[one], two: seeds_of[one]}
         else:  # whole frames of two settings: each is refused as the other's
             for frame in (one, two):
                 self.path(frame).unlink()
