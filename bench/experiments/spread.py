@@ -16,6 +16,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import brentq
@@ -58,7 +59,17 @@ STEP_M = 10.0  # the way between two frames of a walk [m]: a fraction of what an
 
 MAPPED = "stems of a map"
 
-Stems = tuple[str, str]  # the path of a map of stems, and the SHA-256 of the file
+
+class Stems(NamedTuple):
+    """The path of a map of stems, which no record keeps, and the SHA-256 of the file."""
+
+    path: str
+    sha256: str
+
+    def __str__(self) -> str:
+        return Path(self.path).name
+
+
 Named = tuple[str, Stems | None]  # a pattern by its name, and the map that it is of
 
 
@@ -99,7 +110,7 @@ class Pattern:
 def pattern_of(name: str, stems: Stems | None) -> Pattern:
     """Return a pattern by its name; that of a map is read from the file."""
     if name == MAPPED and stems:
-        found = read_stems(Path(stems[0]))
+        found = read_stems(Path(stems.path))
         g = mapped(found.xy, tuple(found.period), farthest=800.0)
         return Pattern("tree", found.density, partial(MappedCells, stems=found), g)
     if name == "Poisson":
@@ -114,11 +125,11 @@ def pattern_of(name: str, stems: Stems | None) -> Pattern:
     return Pattern("figure", DENSITY, cells, partial(thomas, parents=parents, sigma=sigma))
 
 
-def _patterns(stems: Stems | None) -> list[Named]:
+def _patterns(stems: tuple[str, str] | None) -> list[Named]:
     made: list[Named] = [
         (name, None) for name in ("Poisson", "tight clusters", "wide clusters", "regular")
     ]
-    return [*made, (MAPPED, stems)] if stems else made
+    return [*made, (MAPPED, Stems(*stems))] if stems else made
 
 
 def _point(topic: str, named: Named, detail: float, rows: Sequence[Column]) -> Point:
@@ -248,7 +259,7 @@ def _budget_plots(record: Record) -> Iterator[Plot]:
     yield curves("budget", title, caption, (axis, "share of frames that hold more"), drawn)
 
 
-def _spread_cases(fields: int, stems: Stems | None) -> list[MeasuredCase]:
+def _spread_cases(fields: int, stems: tuple[str, str] | None) -> list[MeasuredCase]:
     return [
         partial(measure_spread, named, detail, fields)
         for named in _patterns(stems)

@@ -15,6 +15,7 @@ from bench.experiments.spread import (
     pattern_of,
 )
 from bench.records.records import Column, Point, predictions
+from bench.runs import case_label
 from scenes.field.patterns import ThomasCells
 
 TIGHT = ("tight clusters", None)
@@ -53,6 +54,13 @@ def test_a_budget_must_be_kept_and_used(share, verdict):
     rows = [(k, [most + 1] * over + [most] * (100 - over)) for k in range(20)]
     rows[0] = (0, [most] * 99 + [most + 1])  # so that walks are not all alike
     assert verdicts(judged_point(rows, "budget")) == [verdict]
+
+
+def test_a_map_is_told_by_its_name_alone():
+    """Labels of cases stand in the record, which others read."""
+    topic = EXPERIMENT.topics["spread"]
+    *_, case = topic.cases(**topic.sizes("quick"), stems=("/home/me/stems.csv", "ab" * 32))
+    assert case_label(case).startswith("stems of a map stems.csv, ")
 
 
 @pytest.mark.slow
