@@ -254,7 +254,12 @@ def _spread_plots(record: Record) -> Iterator[Plot]:
 def _budget_plots(record: Record) -> Iterator[Plot]:
     drawn = [_quantiles(p, _walked(p), BUDGET[p.case["species"]]) for p in record.points]
     details = ", ".join(f"{p.case['pattern']} {p.case['detail']:.3g} px" for p in record.points)
-    title, axis = "A budget of parts that one frame in 100 passes", "parts of a frame ÷ budget"
+    kept = [100 * float((_walked(p) <= BUDGET[p.case["species"]]).mean()) for p in record.points]
+    title = (
+        f"{min(kept):.1f} to {max(kept):.1f} of 100 frames keep a budget of parts by the τ that "
+        f"was predicted for {100 * SHARE:.0f}"
+    )
+    axis = "parts of a frame ÷ budget"
     caption = f"Frames of walks at the τ that is predicted for the budget: {details}."
     yield curves("budget", title, caption, (axis, "share of frames that hold more"), drawn)
 

@@ -40,7 +40,9 @@ HEADINGS = {"measured": "What was measured", "limits": "What this is not"}
 
 MOST = 10  # claims that lead where none is marked to
 
-FIRST = "counts"  # name of the plot that opens the page where there is one: counts against the law
+FIRST = "budget", "counts"
+"""Names of the plots of which the first that there is opens the page: the law that is no identity
+on a Poisson field, and counts against the one that is."""
 
 HEADLINE_HEADS = "claim", "measured (95 %)", "unit", "command"  # after the verdict
 
@@ -66,10 +68,11 @@ class FirstScreen:
 def first_screen(sections: Sequence[Section]) -> FirstScreen:
     """Choose what opens the pages; ``sections`` have the newest record of an experiment first.
 
-    That is the plot of the law, else the first one, and the first pictures.
+    That is the plot of a law, else the first one, and the first pictures.
     """
     plots = [(section, plot) for section in sections for plot in section.plots]
-    first = next((each for each in plots if each[1].name == FIRST), plots[0] if plots else None)
+    named = [each for name in FIRST for each in plots if each[1].name == name]
+    first = next(iter([*named, *plots]), None)
     section = first[0] if first else sections[0]
     newest = {section.record.experiment: section for section in reversed(sections)}
     checks = [claim for each in sections for claim in each.of_kind("verification")]
