@@ -302,8 +302,8 @@ def _said_keys(ctx: click.Context, order: Sequence[click.Parameter]) -> Iterator
         given = ctx.get_parameter_source(name) == ParameterSource.COMMANDLINE
         if given and not parameter.multiple and isinstance(parameter, click.Option):
             yield FLAG_KEYS.get(name, name), f"--{name.replace('_', '-')}"
-    settings: Sequence[Any] = ctx.params.get("settings") or ()
-    for text in settings:
+    settings = ctx.params.get("settings")
+    for text in settings if isinstance(settings, tuple) else ():  # -D, not a program's --settings
         key = text.partition("=")[0].strip()
         yield key, f"-D {key}"
     for text in ctx.params.get("density") or ():

@@ -66,6 +66,10 @@ CASES: list[tuple[tuple[str, ...], tuple[str, ...]]] = [
     ((*COUNT, "--seed", "3", "-D", "seed=4"), ("--seed -D seed", "'twice'", "leave one out")),
     ((*COUNT, "-D", "seed=3", "-D", "seed = 4"), ("-D seed", "'twice'")),
     (
+        (*"run methods -o out --command true --pack nowhere --settings 1,2,4".split(),),
+        ("nowhere", "lodbench pack make"),
+    ),
+    (
         (*COUNT, "--density", "tree=1", "-D", "species.tree.density=2"),
         ("-D species.tree.density --density tree", "'twice'"),
     ),
