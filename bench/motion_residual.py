@@ -24,7 +24,7 @@ from lod.arrays import Points, Reals, freeze
 from lod.camera import GRID_M, Camera
 from lod.motion import eye_relative_to
 from lod.pruner import Cut, blend_weights, prune
-from lod.shapes import Appearance, Instanced, Sticks, SticksAndTriangles
+from lod.shapes import Appearance, Sticks, SticksAndTriangles
 from lod.view import View, in_view
 from scenes.field.species_field import SpeciesField
 from scenes.frame.frame_input import (
@@ -221,10 +221,8 @@ def _lit(albedo: np.ndarray, lit: np.ndarray | float) -> Picture:
     return np.asarray(albedo[..., 0] * lit + (1 - albedo[..., 1]), np.float32)
 
 
-def _white_shape(shape: Appearance | Instanced) -> Appearance:
+def _white_shape(shape: Appearance) -> Appearance:
     """Return a shape whose colours are its luminance, and 1 for its coverage."""
-    if isinstance(shape, Instanced):
-        raise TypeError("copies have no shape at other times")
     if isinstance(shape, SticksAndTriangles):
         sticks, triangles = shape.sticks, shape.triangles
         return SticksAndTriangles(

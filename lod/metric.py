@@ -13,7 +13,8 @@ a metric.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cache
 from typing import Any
 from weakref import WeakKeyDictionary
 
@@ -71,6 +72,16 @@ class Metric:
         By contrast it is the mean contrast of parts of trees to their wholes, by area.
         """
         return 0.25 if self.by_contrast else 1.0
+
+
+@cache
+def within_reach(metric: Metric, reach_m: float) -> Metric:
+    """Return the metric by which nothing is displayed beyond a distance [m]."""
+
+    def limit(P: np.ndarray, R: np.ndarray, m: float) -> np.ndarray:
+        return np.minimum(metric.limit(P, R, m), reach_m)
+
+    return replace(metric, limit=limit)
 
 
 METRICS: dict[str, Metric] = {

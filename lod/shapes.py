@@ -394,6 +394,7 @@ class Instanced(ArrayData):
     model        (m,) which model each part belongs to
     part, level  (m,) what else is known of the parts
     which        (n,) model of each copy
+    object       (n,) which object of this frame it is, as of ``lod.pruner.Parts``
     place        (n, 3) where it stands, in the frame's coordinates [m]
     turn         (n, 2) cosine and sine of its angle, counter-clockwise from above
     """
@@ -403,6 +404,7 @@ class Instanced(ArrayData):
     part: IntArray
     level: IntArray
     which: IntArray
+    object: IntArray
     place: FloatArray
     turn: FloatArray
 
@@ -417,10 +419,8 @@ Appearance = Sticks | Triangles | SticksAndTriangles
 """What a representation gives for the displayed parts."""
 
 
-def batches_of(shape: Appearance | Instanced) -> tuple[Sticks | Triangles, ...]:
-    """Return the one or two batched shapes of an appearance; of copies, those of their models."""
-    if isinstance(shape, Instanced):
-        return batches_of(shape.shape)
+def batches_of(shape: Appearance) -> tuple[Sticks | Triangles, ...]:
+    """Return the one or two batched shapes of an appearance."""
     if isinstance(shape, SticksAndTriangles):
         return shape.sticks, shape.triangles
     return (shape,)

@@ -17,7 +17,7 @@ from lod.air import Air, least_extinction
 from lod.camera import GRID_M, Camera, Corner
 from lod.errors import InputError
 from lod.eye import Display, Eye
-from lod.metric import METRICS
+from lod.metric import METRICS, within_reach
 from lod.motion import ShutterInterval, eye_relative_to, integration_time_s, subframe_offsets
 from lod.pruner import Cut, Representation, prune
 from lod.shapes import Sticks
@@ -42,9 +42,9 @@ from scenes.frame.frame_input import (
     Light,
     Quality,
     Window,
+    can_be_copied,
     display,
-    display_whole,
-    is_still_whole,
+    display_copies,
 )
 from scenes.ground.mesh import Terrain
 from scenes.models.catalogue import PROTOTYPE_SEED, model_prototypes
@@ -273,10 +273,12 @@ class Scene:
     def view(self, frame: int) -> View:
         """Make the view of a frame: all that decides what of the world is displayed."""
         settings, azimuth = self.preset.view, math.radians(self.preset.light.sun_azimuth)
-        camera = self.camera(frame)
+        camera, metric = self.camera(frame), metric_by_name(settings.metric)
+        if settings.reach is not None:
+            metric = within_reach(metric, settings.reach)
         return View(
             camera=camera,
-            metric=metric_by_name(settings.metric),
+            metric=metric,
             detail=settings.detail,
             offscreen_detail=settings.offscreen_detail,
             look_around=settings.look_around or camera.panorama,
@@ -328,6 +330,10 @@ class Scene:
 
         return replace(at(0), neighbour=at)
 
+    def copied_from(self, view: View, quality: Quality) -> float:
+        """How many times the detail still objects subtend that are copies; 0: none are."""
+        return (self.preset.view.copies if view.metric.finite else 1.0) * quality.draws_copies
+
     def cut(self, frame: int) -> tuple[Cut, ...]:
         """Prune every representation of the world for a frame, the ground first."""
         view = self.view(frame)
@@ -344,12 +350,13 @@ class Scene:
             variant = choose(self.preset.render.variant, self.preset.render.spectral)
         view, displayed, quality = self.view(frame), [], frame_quality(self.preset, variant)
         after = self.view(frame + 1) if self.preset.output.motion else None
+        from_size = self.copied_from(view, quality)
         seconds = {"prune": 0.0, "appearance": 0.0}
         with work("fitting brightness", len(self.world.representations)):
             for each in self.world.representations:
                 start = pruned = time.perf_counter()
-                if quality.draws_copies and is_still_whole(each, view):
-                    one = display_whole(each, view)
+                if from_size and can_be_copied(each, view):
+                    one = display_copies(each, view, from_size)
                 else:
                     cut = prune(each, view)
                     pruned = time.perf_counter()

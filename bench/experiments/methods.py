@@ -199,8 +199,9 @@ def estimated_bytes(method: Method, setting: float, scene: Scene, variant: str) 
     if method.widest is None:
         return 0
     view = scene.view(1)
-    copies = frame_quality(scene.preset, variant).draws_copies
-    found = forecast(scene.world, view, method.widest(view, setting), copies)
+    widest = method.widest(view, setting)
+    from_size = scene.copied_from(widest, frame_quality(scene.preset, variant))
+    found = forecast(scene.world, view, widest, from_size)
     return frame_bytes(found, scene.preset, variant) + round(_KEPT_STICK * found.sticks)
 
 

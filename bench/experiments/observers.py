@@ -205,7 +205,8 @@ def simulated_claims(points: Sequence[Point]) -> Iterator[Claim]:
     errors |= {f"all observers, {10**m:.2f} px": f"error_all_{k}" for k, m in enumerate(means)}
     for of, name in errors.items():
         ratio = _of_log(two_sided_mean(point.values(name) / 1e6))
-        yield facts("fitted ÷ true τ75", within(1, 0.03), {"of": of}, ratio, headline=len(of) < 30)
+        shown = of == "all observers"
+        yield facts("fitted ÷ true τ75", within(1, 0.03), {"of": of}, ratio, headline=shown)
     shares = (
         ("coverage of 95 % intervals", "one observer", within(0.95, 0.02), "covered_one"),
         ("coverage of 95 % intervals", "all observers", within(0.95, 0.02), "covered_all"),
@@ -216,7 +217,8 @@ def simulated_claims(points: Sequence[Point]) -> Iterator[Claim]:
     for estimand, of, bound, name in shares:
         out_of = name.replace("covered", "intervals") if "covered" in name else "sent"
         share = two_sided_share(point.values(name), point.values(out_of))
-        yield facts(estimand, bound, {"of": of}, share, alone=EXACT, headline=True)
+        shown = name == "covered_all"
+        yield facts(estimand, bound, {"of": of}, share, alone=EXACT, headline=shown)
 
 
 def simulated_plots(record: Record) -> Iterator[Plot]:

@@ -20,9 +20,9 @@ from scenes.field.species_field import SpeciesField
 from scenes.frame.frame_input import (
     DisplayedRepresentation,
     FrameInput,
+    can_be_copied,
     display,
-    display_whole,
-    is_still_whole,
+    display_copies,
 )
 from scenes.plugins import installed, load_entry
 from scenes.scene import Scene, frame_quality
@@ -106,8 +106,8 @@ def _display_in_view(field: SpeciesField, view: View, copies: bool) -> Displayed
     grown = field.in_habitat(view.camera.corner, samples)
     roots = field.prototypes.wholes(field.instances_in_view(grown, view), view)
     kept = grown.take(in_view(pyramid, roots.centre, roots.bound))
-    if copies and is_still_whole(field, view):
-        return display_whole(field, view, kept)
+    if copies and can_be_copied(field, view):
+        return display_copies(field, view, chosen=kept)
     cut = field.prototypes.cut(field.instances_in_view(kept, view), view, examined)
     return display(field, cut, view)
 

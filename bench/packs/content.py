@@ -21,7 +21,7 @@ from lod.pruner import BlendWeights, Parts, cross_fade, prune
 from lod.shapes import Appearance, Instanced, batches_of
 from lod.view import View
 from scenes.field.species_field import SpeciesField
-from scenes.frame.frame_input import FrameInput, display, display_whole
+from scenes.frame.frame_input import FrameInput, display, display_copies
 from scenes.presets.load import load_preset
 from scenes.render.description import Copies, Description, describe_frame
 from scenes.render.variants import choose
@@ -236,7 +236,7 @@ def load_content(preset: str, settings: tuple[str, ...], size: tuple[int, int]) 
     view, bare = scene.view(1), replace(scene.world.terrain, aggregate_cover=None)
     ground = display(bare, prune(bare, view), view)
     quality = frame_quality(scene.preset, choose(scene.preset.render.variant))
-    displayed = (ground, *(display_whole(f, whole_view(view)) for f in scene.world.fields))
+    displayed = (ground, *(display_copies(f, whole_view(view)) for f in scene.world.fields))
     made = FrameInput(view.camera, displayed, scene.air, scene.light, quality)
     return Content(scene, view, made)
 
@@ -291,7 +291,7 @@ def _levels(field: SpeciesField, view: View) -> list[list[list[Description]]]:
         shape, none = field.appearance(some, weights), np.zeros((0, 3))
         own = some.object, some.part, some.level
         copies = Copies()
-        instanced = Instanced(shape, *own, none[:, 0], none, none[:, :2])
+        instanced = Instanced(shape, *own, none[:, 0], none[:, 0], none, none[:, :2])
         copies.add(instanced, batches_of(shape), 0, none[:, 0])
         for model in np.flatnonzero(deepest > level).tolist():
             found[model].append([each for each, _ in copies.models[model]])

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from lod.arrays import ArrayData, FloatArray, Ints, Points
+from lod.metric import METRICS
 from lod.motion import motion_steps
 from lod.pruner import BlendWeights, Cut, Parts, blend_weights
 from lod.shapes import Appearance, Instanced, Sticks, SticksAndTriangles
@@ -59,6 +60,12 @@ class InstancesInView(ArrayData):
 
     def __len__(self) -> int:
         return len(self.motion_step)
+
+    def take(self, rows: Ints) -> "InstancesInView":
+        """Select the objects at ``rows``; ``samples`` stay those of all."""
+        return replace(
+            self, instances=self.instances.take(rows), motion_step=self.motion_step[rows]
+        )
 
     @property
     def max_step(self) -> float:
@@ -217,16 +224,16 @@ class SpeciesPrototypes:
         instances = parts.state.instances
         return emit(self.pose_tables, tables, instances, parts.object, displayed)
 
-    def whole(
-        self, objects: InstancesInView, view: View, illumination: Illumination | None = None
+    def copies(
+        self, objects: InstancesInView, rows: Ints, view: View, illumination: Illumination | None
     ) -> Instanced:
-        """Return every part of these objects, which stand still, as copies of the prototypes."""
-        placed = objects.instances
+        """Return every part of the objects at ``rows``, which stand still, as copies."""
+        placed, view = objects.instances.take(rows), replace(view, metric=METRICS["full"])
         cut = self.cut(self.standing, view, len(self.prototypes))
         shape = self.appearance(cut.parts, blend_weights(cut, view), illumination)
         turn = np.stack((placed.cos, placed.sin), axis=1)
         parts = cut.object, cut.part, cut.level
-        return Instanced(shape, *parts, placed.prototype, placed.origin, turn)
+        return Instanced(shape, *parts, placed.prototype, rows, placed.origin, turn)
 
     def positions(self, instances: Instances, rows: Ints, part: Ints) -> Points:
         """Compute the origins of parts of posed objects, (k,) rows of each, (k, 3) [m]."""

@@ -25,13 +25,13 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float64
 
-from lod.arrays import ArrayData, FloatArray, Ints, Reals
+from lod.arrays import ArrayData, Flags, FloatArray, Ints, Reals
 from lod.camera import GRID_M, Corner
 from lod.errors import InputError
 from lod.metric import Metric
-from lod.pruner import BlendWeights, Cut, Parts, cut_from_parts
+from lod.pruner import BlendWeights, Cut, Parts, displayed
 from lod.shapes import Appearance, Instanced
-from lod.view import View
+from lod.view import View, distance, in_view
 from scenes.appearance.tone import Illumination
 from scenes.field.cells import (
     CellSamples,
@@ -287,18 +287,42 @@ class SpeciesField:
         grown = self.in_habitat(view.camera.corner, samples)
         return self.prototypes.cut(self.instances_in_view(grown, view), view, examined)
 
-    def whole(self, view: View, chosen: CellSamples | None = None) -> tuple[Cut, Instanced]:
-        """Return all that stands in a window, or what is ``chosen`` of it, with every part.
+    def cut_and_copies(
+        self, view: View, from_size: float, chosen: CellSamples | None = None
+    ) -> tuple[Cut, Parts, Instanced]:
+        """Draw whole, as copies, what subtends ``from_size`` times the detail; cut the rest.
 
-        What stands still only. The cut has the wholes alone.
+        Gives the cut of the rest, and the wholes and the copies, of all objects or of those
+        ``chosen``; all have one numbering of objects. Nothing may move.
         """
+        view = self.species.seen_in(view)
         if chosen is None:
-            samples, _ = candidates(self.cells, view, self.search_bounds(view))
+            samples, examined = candidates(self.cells, view, self.search_bounds(view))
             chosen = self.in_habitat(view.camera.corner, samples)
+        else:
+            examined = len(chosen)
         objects = self.instances_in_view(chosen, view)
+        near = self.copied(objects, view, from_size)
+        far, rows = (np.flatnonzero(each) for each in (~near, near))
+        cut = self.prototypes.cut(objects.take(far), view, examined - len(rows))
+
+        def load_parts() -> Parts:
+            return replace(cut.parts, object=far[cut.parts.object], state=objects)
+
+        wholes = self.prototypes.wholes(objects, view).take(rows)
+        copies = self.prototypes.copies(objects, rows, view, self.illumination)
+        return replace(cut, object=far[cut.object], load_parts=load_parts), wholes, copies
+
+    def copied(self, objects: InstancesInView, view: View, from_size: float) -> Flags:
+        """Tell which objects are displayed and subtend so many times the detail, (n,); 0: none.
+
+        What an object subtends is the diameter of its sphere by its distance, and the detail is
+        that in view or out of it. In a view that prunes nothing all that is displayed does.
+        """
         wholes = self.prototypes.wholes(objects, view)
-        shape = self.prototypes.whole(objects, view, self.illumination)
-        return cut_from_parts(wholes, len(wholes), len(wholes)), shape
+        m = np.where(in_view(view, wholes.centre, wholes.bound), view.m, view.m_offscreen)
+        large = 2 * wholes.bound >= from_size * m * distance(view, wholes.position)
+        return displayed(wholes, view) & (from_size > 0) & (large | (not view.metric.finite))
 
     def parts_of(self, parts: Parts, view: View) -> Parts:
         return self.prototypes.parts_of(parts, self.species.seen_in(view))

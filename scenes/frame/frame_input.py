@@ -15,7 +15,15 @@ import numpy as np
 from lod.air import Air
 from lod.camera import Camera
 from lod.errors import InputError
-from lod.pruner import BlendWeights, Cut, Moving, Parts, Representation, blend_weights
+from lod.pruner import (
+    BlendWeights,
+    Cut,
+    Moving,
+    Parts,
+    Representation,
+    blend_weights,
+    cut_from_parts,
+)
 from lod.shapes import Appearance, Instanced, Sticks, SticksAndTriangles
 from lod.update_schedule import DrawnState, apply_state
 from lod.view import View
@@ -56,7 +64,8 @@ class DisplayedRepresentation:
     """What one representation displays at one time, in the coordinates of its frame.
 
     cut     the displayed parts; ``shape.owner`` gives their rows
-    shape   their appearance; copies of models where all of a field that stands still is displayed
+    shape   their appearance
+    copies  what is drawn whole beside, as copies of models, of which the cut has the wholes alone
     later   the same sticks and meshes a frame later, row by row; None where nothing moves till then
     posing  gives the appearance at other times; None for what never moves
     drawn   which sticks are still drawn as they were in an earlier frame; None: none are
@@ -64,7 +73,8 @@ class DisplayedRepresentation:
 
     name: str
     cut: Cut
-    shape: Appearance | Instanced
+    shape: Appearance
+    copies: Instanced | None = None
     later: Sticks | SticksAndTriangles | None = None
     posing: Posing | None = None
     drawn: DrawnState | None = None
@@ -77,7 +87,7 @@ class DisplayedRepresentation:
         """Return the same parts drawn at a time, with where their sticks are at a later one."""
         if self.posing is None:
             return self
-        shape: Appearance | Instanced = self.shape
+        shape: Appearance = self.shape
         later: Appearance | None = None
         if self.moves(time_s):
             shape = _drawn(self.drawn, self.posing.shape_at(time_s))
@@ -101,20 +111,29 @@ def display(representation: Representation, cut: Cut, view: View) -> DisplayedRe
     return DisplayedRepresentation(representation.name, cut, shape, posing=posing)
 
 
-def is_still_whole(representation: Representation, view: View) -> TypeGuard[SpeciesField]:
-    """Tell whether it is a field of which nothing moves, seen in a view that prunes no part."""
-    still = isinstance(representation, SpeciesField) and not representation.moves
-    return still and not view.metric.finite
+def can_be_copied(representation: Representation, view: View) -> TypeGuard[SpeciesField]:
+    """Tell whether whole objects of it may be copies: nothing moves, nor is thinned in the view."""
+    if not isinstance(representation, SpeciesField) or representation.moves:
+        return False
+    hierarchies = representation.prototypes.part_tables.hierarchies
+    return not (view.metric.finite and any(each.is_thinned for each in hierarchies))
 
 
-def display_whole(
-    field: SpeciesField, view: View, chosen: CellSamples | None = None
+def display_copies(
+    field: SpeciesField, view: View, from_size: float = 1.0, chosen: CellSamples | None = None
 ) -> DisplayedRepresentation:
-    """Display all of a field that stands still, or what is ``chosen`` of it, as copies."""
-    return DisplayedRepresentation(field.name, *field.whole(view, chosen))
+    """Display a field that stands still, or what is ``chosen`` of it, what is large as copies.
+
+    Large is what subtends ``from_size`` times the detail; in a view that prunes nothing, all is.
+    """
+    cut, wholes, copies = field.cut_and_copies(view, from_size, chosen)
+    shape = field.appearance(cut.parts, blend_weights(cut, view))
+    parts = Parts.concatenate((cut.parts, wholes))
+    examined = cut.examined_objects + len(wholes), cut.examined_parts + len(wholes)
+    return DisplayedRepresentation(field.name, cut_from_parts(parts, *examined), shape, copies)
 
 
-def _drawn(drawn: DrawnState | None, shape: Appearance | Instanced) -> Appearance | Instanced:
+def _drawn(drawn: DrawnState | None, shape: Appearance) -> Appearance:
     return apply_state(drawn, shape) if drawn and isinstance(shape, Sticks) else shape
 
 

@@ -326,6 +326,18 @@ class ViewPreset(Table):
     fade: float = key(
         "share of its limit distance over which a part shrinks away", 0.2, least=0, below=1
     )
+    reach: float | None = key(
+        "how far from the eye things are displayed [m]; absent = as far as the metric says",
+        None,
+        above=0,
+        most=1e7,
+    )
+    copies: float = key(
+        "still things that subtend so many times the detail are copies of whole models; 0 = none",
+        0.0,
+        least=0,
+        most=1e6,
+    )
 
 
 class AirPreset(Table):

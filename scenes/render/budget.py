@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
+from lod.air import least_extinction
 from lod.errors import InputError
 from lod.pruner import prune
 from lod.view import View
@@ -18,7 +19,7 @@ from scenes.presets.schema import Preset
 from scenes.processes.memory_limit import MemoryLimit, memory_limit, size_text
 from scenes.render.memory import forecast, forecast_field, frame_bytes, parts_bytes, preflight
 from scenes.render.variants import choose
-from scenes.scene import Scene, World
+from scenes.scene import Scene, World, frame_quality
 
 MIN_BUDGET_USE = 0.98  # share of the budget that has to be used before the search ends
 MAX_PRUNES = 12  # number of prunes after which the best detail so far is returned
@@ -98,7 +99,14 @@ FINEST_PX, _FINER, _FILLED = 1 / 8, 2**-0.25, 0.8
 """Finest detail of a reference [px], the step between those that are tried, and the share of the
 memory that one is estimated to fill: estimates are within some 20 %."""
 
-_UNPRUNED: dict[str, object] = {"metric": "blake", "max_parts": None}
+COPIED_FROM = 6.0
+"""Of trees that subtend so many times the detail the sticks displayed take the memory of a copy:
+references of forest, aerial and campfire take least from about here on."""
+
+LEFT_BY_AIR = 1e-3
+"""Share of light that the air leaves of what is farthest away in a reference."""
+
+_UNPRUNED: dict[str, object] = {"metric": "blake", "max_parts": None, "copies": COPIED_FROM}
 
 _UNPRUNED |= {"haze_aware": False, "smear": "off", "update_threshold": 0.0, "fade": 0.0}
 
@@ -112,23 +120,34 @@ def reference_preset(
 ) -> Preset:
     """Give the preset of the references of a preset's frames: as fine as memory allows.
 
-    Nothing is left out for air, blur or an eye, and nothing fades. The detail is the finest, from
+    Nothing is left out for blur or an eye, nothing but what lies so far off that the air leaves
+    ``LEFT_BY_AIR`` of its light, and nothing fades. What stands still is whole, as copies of
+    models, where that takes less memory. The detail of the rest is the finest, from
     one pixel (from ``finest`` if that is coarser) to ``finest``, at which all frames are estimated
     to need at most so many bytes (``memory_limit``) and the ground can be made; ``note`` is called
     with a line that tells it.
     Raises InputError where not even one pixel fits.
     """
-    plain = {"view": preset.view.model_copy(update=_UNPRUNED), "display": None, "eye": None}
+    beta = least_extinction(Scene(preset).air)
+    unpruned = _UNPRUNED | {"reach": -math.log(LEFT_BY_AIR) / beta if beta else None}
+    plain = {"view": preset.view.model_copy(update=unpruned), "display": None, "eye": None}
     air = preset.air.model_copy(update={"seeing": 0.0})
     scene, limit = Scene(preset.model_copy(update={**plain, "air": air})), memory_limit(most_bytes)
     preflight(scene, (), most_bytes)
     variant = choose(preset.render.variant, preset.render.spectral)
+    quality = frame_quality(scene.preset, variant)
     detail, needed, next_finer = 0.0, 0, max(1.0, finest)
     why = f"finer than {finest:g} px is not tried"
     while next_finer > finest * (1 - 1e-9):
         views = (replace(scene.view(frame), detail=next_finer) for frame in frames)
         try:
-            found = [frame_bytes(forecast(scene.world, v), scene.preset, variant) for v in views]
+            found = [
+                frame_bytes(
+                    forecast(scene.world, view, from_size=scene.copied_from(view, quality)),
+                    *(scene.preset, variant),
+                )
+                for view in views
+            ]
         except InputError:
             why = "the ground can be no finer"
             break

@@ -365,10 +365,12 @@ def describe_frame(frame_input: FrameInput) -> Description:
         looks = batches_of(each.shape)
         later = () if each.later is None else batches_of(each.later)
         for shape in looks:
-            _check(each, shape)
-        if isinstance(each.shape, Instanced):
-            copies.add(each.shape, looks, row, each.cut.object + object_id)
-            continue
+            _check(each.name, shape, len(each.cut))
+        if each.copies is not None:
+            models = batches_of(each.copies.shape)
+            for shape in models:
+                _check(f"{each.name} copies", shape, len(each.copies.part))
+            copies.add(each.copies, models, row + len(each.cut), each.copies.object + object_id)
         for shape, then in zip(looks, (*later, None, None), strict=False):
             if isinstance(shape, Sticks):
                 placed.append(PlacedSticks(shape, row, then if isinstance(then, Sticks) else None))
@@ -476,17 +478,17 @@ def _global_ids(visible: Sequence[DisplayedRepresentation]) -> np.ndarray:
 
     Parts of models have the model in place of the object, which the copy tells.
     """
-    cuts = [v.cut for v in visible]
     ids, row = np.zeros((1 + sum(map(_count_parts, visible)), 3), np.uint32), 1
-    for v, first in zip(visible, object_ids(cuts), strict=True):
-        own = ids[row : row + _count_parts(v)]
-        columns = (v.cut.object, first), (v.cut.part, 0), (v.cut.level, 0)
-        if isinstance(v.shape, Instanced):
-            columns = (v.shape.model, 0), (v.shape.part, 0), (v.shape.level, 0)
-        for column, (numbers, start) in enumerate(columns):
-            _check_range(f"{v.name} ids", numbers, 0, _ID_LIMIT - 1 - start)
-            np.add(numbers, start, out=own[:, column], dtype=np.int64, casting="unsafe")
-        row += len(own)
+    for v, first in zip(visible, object_ids([v.cut for v in visible]), strict=True):
+        tables = [(v.cut.object, first, v.cut.part, v.cut.level)]
+        if v.copies is not None:
+            tables.append((v.copies.model, 0, v.copies.part, v.copies.level))
+        for numbers, start, part, level in tables:
+            own = ids[row : row + len(part)]
+            for column, (values, shift) in enumerate(((numbers, start), (part, 0), (level, 0))):
+                _check_range(f"{v.name} ids", values, 0, _ID_LIMIT - 1 - shift)
+                np.add(values, shift, out=own[:, column], dtype=np.int64, casting="unsafe")
+            row += len(own)
     return ids
 
 
@@ -499,30 +501,29 @@ def object_ids(cuts: Sequence[Cut]) -> list[int]:
 
 
 def _count_parts(v: DisplayedRepresentation) -> int:
-    return len(v.shape.part) if isinstance(v.shape, Instanced) else len(v.cut)
+    return len(v.cut) + (0 if v.copies is None else len(v.copies.part))
 
 
-def _check(v: DisplayedRepresentation, shape: Sticks | Triangles) -> None:
+def _check(name: str, shape: Sticks | Triangles, parts: int) -> None:
     """Refuse what the renderer would accept silently: NaN, rows that are not there, albedo > 1."""
-    parts = _count_parts(v)
     if isinstance(shape, Sticks):
         numbers = {k: getattr(shape, k) for k in ("start", "end", "start_radius", "end_radius")}
         rows = {"tint": (shape.tint, len(shape.tints)), "owner": (shape.owner, parts)}
         colours = shape.tints
-        _check_range(f"{v.name} radius", shape.start_radius, 0, np.inf)
-        _check_range(f"{v.name} radius", shape.end_radius, 0, np.inf)
+        _check_range(f"{name} radius", shape.start_radius, 0, np.inf)
+        _check_range(f"{name} radius", shape.end_radius, 0, np.inf)
     else:
         numbers = {"vertices": shape.vertices, "normals": shape.normals}
         rows = {"faces": (shape.faces, len(shape.vertices)), "owner": (shape.owner, parts)}
         colours = shape.colours
         if len(shape.glows):
             rows["glow"] = (shape.glow, len(shape.glows))
-            _check_range(f"{v.name} glow", shape.glows, 0, 1e6)
-    for name, values in numbers.items():
-        _check_range(f"{v.name} {name}", values, -3e38, 3e38)
-    _check_range(f"{v.name} albedo", colours, 0, 1)
-    for name, (values, count) in rows.items():
-        _check_range(f"{v.name} {name}", values, 0, count - 1)
+            _check_range(f"{name} glow", shape.glows, 0, 1e6)
+    for column, values in numbers.items():
+        _check_range(f"{name} {column}", values, -3e38, 3e38)
+    _check_range(f"{name} albedo", colours, 0, 1)
+    for column, (values, count) in rows.items():
+        _check_range(f"{name} {column}", values, 0, count - 1)
 
 
 def _check_range(where: str, values: np.ndarray, low: float, high: float) -> None:

@@ -28,19 +28,19 @@ in. Its cost does not depend on how much there is to display.
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from lod.errors import InputError
 from lod.law import spread_nodes
 from lod.pruner import Cut, prune
-from lod.shapes import Instanced, Sticks, Triangles, batches_of
+from lod.shapes import Sticks, Triangles, batches_of
 from lod.view import View, compile_view
 from scenes.field.cells import cell_in_reach, search_spans
 from scenes.field.part_tables import PLAIN
 from scenes.field.species_field import SpeciesField
-from scenes.frame.frame_input import FrameInput, Quality, is_still_whole
+from scenes.frame.frame_input import FrameInput, Quality, can_be_copied
 from scenes.ground.mesh import QUADS
 from scenes.models.catalogue import model_prototypes
 from scenes.presets.load import has_acting
@@ -62,19 +62,23 @@ class FieldForecast:
 
     objects  in the cells visited, wherever they can grow
     parts    displayed; sticks, triangles: those of the appearances that the parts show
+    copies   objects that share the sticks of a prototype, whose own alone are counted
     """
 
     objects: float
     parts: float
     sticks: float
     triangles: float
+    copies: float = 0.0
 
 
-def forecast_field(field: SpeciesField, view: View) -> FieldForecast:
+def forecast_field(field: SpeciesField, view: View, from_size: float = 0.0) -> FieldForecast:
     """Estimate what a view displays of a species, within some 20 % where that is much.
 
-    Raises InputError where nothing bounds the search.
+    What subtends ``from_size`` times the detail is a copy, where that can be. Raises InputError
+    where nothing bounds the search.
     """
+    from_size *= can_be_copied(field, view)
     view = field.species.seen_in(view)
     cells, bounds = field.cells, field.search_bounds(view)
     side, lattice = cells.side_m, cells.lattice(view.camera.corner)
@@ -108,7 +112,8 @@ def forecast_field(field: SpeciesField, view: View) -> FieldForecast:
     objects = field.instances_in_view(samples, view)
     cut = field.prototypes.cut(objects, view, len(samples))
     of_object = weight[np.searchsorted(cell, samples.cell_x + 1j * samples.cell_y)]
-    of_part, part = of_object[cut.object], cut.part.astype(np.int64)
+    near = field.copied(objects, view, from_size)
+    of_part, part = (of_object * ~near)[cut.object], cut.part.astype(np.int64)
     # Of a part the leaf appearance where none of its own parts is displayed, or else the inner one.
     is_leaf = np.bincount(cut.parent[cut.parent >= 0], minlength=len(cut)) == 0
     tables = field.prototypes.part_tables
@@ -117,12 +122,14 @@ def forecast_field(field: SpeciesField, view: View) -> FieldForecast:
     kept = cut.parts.kept
     if kept is not None:
         triangles = np.where((kept > 0) & (kept < 1 / PLAIN), np.minimum(triangles, 1), triangles)
-    visited = float(weight.sum())
+    copies = float(of_object @ near)
+    models = (len(tables.sticks), len(tables.meshes or ())) if copies else (0, 0)
     return FieldForecast(
-        objects=visited * cells.density * side**2,
-        parts=float(of_part.sum()),
-        sticks=float(of_part @ sticks) * _FADING,
-        triangles=float(of_part @ triangles),
+        objects=float(weight.sum()) * cells.density * side**2,
+        parts=float(of_part.sum()) + copies,
+        sticks=float(of_part @ sticks) * _FADING + models[0],
+        triangles=float(of_part @ triangles) + models[1],
+        copies=copies,
     )
 
 
@@ -164,8 +171,10 @@ def preflight(
     _check_actors(scene.preset, limit, limit.bytes, acted)
     _check_prototypes(scene.preset, limit, limit.bytes)
     for frame in frames:
-        copies = variant is not None and frame_quality(scene.preset, variant).draws_copies
-        found = forecast(scene.world, scene.view(frame), copies=copies)
+        view, from_size = scene.view(frame), 0.0
+        if variant is not None:
+            from_size = scene.copied_from(view, frame_quality(scene.preset, variant))
+        found = forecast(scene.world, view, from_size=from_size)
         needed = frame_bytes(found, scene.preset, variant)
         if needed > limit.bytes:
             counts = f"about {found.parts:,.0f} parts and {found.triangles:,.0f} triangles"
@@ -241,22 +250,16 @@ class Forecast:
 
 
 def forecast(
-    world: World, view: View, of_fields: View | None = None, copies: bool = False
+    world: World, view: View, of_fields: View | None = None, from_size: float = 0.0
 ) -> Forecast:
     """Estimate what a view displays of the ground and of the fields.
 
     ``of_fields`` is the view of the fields where they are pruned by another rule than the ground;
-    with ``copies`` what stands still and is whole shares the sticks of its prototypes.
+    what stands still and subtends ``from_size`` times the detail shares the sticks of its model.
     What is placed one by one, plumes, dust and what plug-ins make is left out. Raises InputError
     where the ground would have more tiles than it may.
     """
-    fields, copied = [], 0.0
-    for each in world.fields:
-        fields.append(found := forecast_field(each, of_fields or view))
-        if copies and is_still_whole(each, of_fields or view):
-            tables, copied = each.prototypes.part_tables, copied + found.objects
-            own = len(tables.sticks), len(tables.meshes or ())
-            fields[-1] = replace(found, parts=found.objects, sticks=own[0], triangles=own[1])
+    fields = [forecast_field(each, of_fields or view, from_size) for each in world.fields]
     ground = prune(world.terrain, view)
     return Forecast(
         objects=sum(each.objects for each in fields),
@@ -264,7 +267,7 @@ def forecast(
         sticks=sum(each.sticks for each in fields),
         triangles=_ground_triangles(ground) + sum(each.triangles for each in fields),
         ground=ground,
-        copies=copied,
+        copies=sum(each.copies for each in fields),
         own_triangles=sum(len(each.prototypes.part_tables.meshes or ()) for each in world.fields),
     )
 
@@ -357,13 +360,16 @@ def predicted_bytes(frame_input: FrameInput) -> int:
     after, subframes = frame_input.after, frame_input.subframes
     extra = ExtraBuffers(after is not None, frame_input.denoise, bool(subframes))
     size = camera.width, camera.height
-    shapes = [each.shape for each in frame_input.displayed]
-    copies = sum(len(each.which) for each in shapes if isinstance(each, Instanced))
+    copies = sum(
+        len(each.copies.which) for each in frame_input.displayed if each.copies is not None
+    )
     return predict_bytes(*count_shapes(frame_input), size, frame_input.quality, extra, copies)
 
 
 def count_shapes(frame_input: FrameInput) -> tuple[int, int]:
     """Count the sticks and triangles of a frame; of copies, those of their models."""
-    shapes = [shape for each in frame_input.displayed for shape in batches_of(each.shape)]
+    looks = [each.shape for each in frame_input.displayed]
+    looks += [each.copies.shape for each in frame_input.displayed if each.copies is not None]
+    shapes = [shape for look in looks for shape in batches_of(look)]
     sticks = sum(len(shape) for shape in shapes if isinstance(shape, Sticks))
     return sticks, sum(len(shape) for shape in shapes if isinstance(shape, Triangles))

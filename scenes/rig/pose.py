@@ -135,6 +135,10 @@ class Instances(NamedTuple):
     phase: np.ndarray
     foot_contacts: np.ndarray
 
+    def take(self, rows: np.ndarray) -> "Instances":
+        """Select the objects at ``rows``."""
+        return Instances(*(frozen(each[rows], each.dtype) for each in self))
+
 
 def _joined(tables: list[np.ndarray], dtype: type = np.float64) -> np.ndarray:
     return frozen(np.concatenate(tables), dtype)

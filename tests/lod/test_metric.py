@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lod.hierarchy import Hierarchy
-from lod.metric import METRICS, limit_distances, seen_by_contrast
+from lod.metric import METRICS, limit_distances, seen_by_contrast, within_reach
 from lod.viewing import BlurWidths, ViewingConditions
 
 SIZES = st.floats(1e-3, 1e3)
@@ -82,6 +82,13 @@ def test_by_contrast_the_limit_is_the_one_root_and_only_takes(D, contrast, beta)
         seen_by_contrast(2 * D, contrast, beta),
     )
     assert (thicker <= d).all() and (d < larger).all()
+
+
+@pytest.mark.parametrize(("reach", "limits"), [(10.0, [10.0, 7.0]), (1e9, [20.0, 17.0])])
+def test_nothing_is_displayed_beyond_a_reach_and_the_clamp_is_kept(reach, limits):
+    metric = within_reach(METRICS["blake"], reach)
+    assert limit_distances(chain_of_two(), metric, 0.1).tolist() == pytest.approx(limits)
+    assert metric is within_reach(METRICS["blake"], reach)  # or limits would be kept for nothing
 
 
 def test_by_contrast_air_is_that_of_the_view_and_the_clamp_is_kept():

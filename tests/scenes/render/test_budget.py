@@ -1,12 +1,16 @@
 """A budget of parts holds for every frame of a sequence, and the fullest one uses it."""
 
+import math
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from lod.air import least_extinction
 from lod.errors import InputError
 from scenes.presets.load import load_preset
 from scenes.render.budget import (
+    COPIED_FROM,
     FINEST_PX,
     MIN_BUDGET_USE,
     parts_displayed,
@@ -70,6 +74,7 @@ def test_a_reference_leaves_nothing_out_and_is_as_fine_as_memory_allows():
         "view.metric=depth",
         "view.detail=9",
         "air.seeing=5",
+        'air.visibility="2km"',
         "world.extent=60",
     ]
     asked = load_preset(str(TINY), [*lavish, 'render.size="64x36"'])
@@ -79,6 +84,9 @@ def test_a_reference_leaves_nothing_out_and_is_as_fine_as_memory_allows():
     assert said[0].startswith("lodbench: --reference: 0.125 px, about 3")
     assert said[0].endswith("finer than 0.125 px is not tried")
     view = Scene(found).view(1)
+    farthest = math.exp(-least_extinction(Scene(found).air) * found.view.reach)
+    assert view.metric.limit(np.array([1e9]), np.zeros(1), 1e-3) == found.view.reach
+    assert (farthest, found.view.copies) == (pytest.approx(1e-3), COPIED_FROM)
     assert (view.fade, view.metric.name, view.conditions) == (0.0, "blake", None)
     same = {"view", "air", "display", "eye"}
     assert found.model_dump(exclude=same) == asked.model_dump(exclude=same)

@@ -10,14 +10,13 @@ from bench.counting import prototypes_of
 from bench.methods import known_methods
 from lod.metric import METRICS
 from lod.pruner import prune
-from lod.shapes import Instanced
-from lod.view import View
+from lod.view import View, in_view
 from scenes.field.species_field import Species, SpeciesField
 from scenes.frame.frame_input import (
     FrameInput,
     Quality,
     display,
-    display_whole,
+    display_copies,
 )
 from scenes.presets.load import load_preset
 from scenes.render import variants
@@ -41,7 +40,7 @@ def scene(name, objects, *more):
 
 
 def copies_of(made):
-    return [each.shape for each in made.displayed if isinstance(each.shape, Instanced)]
+    return [each.copies for each in made.displayed if each.copies is not None]
 
 
 def assert_same_picture(copied, flat, differ=0.003):
@@ -63,17 +62,38 @@ def test_a_whole_field_looks_the_same_as_copies_and_flat(make):
     field = SpeciesField(Species("thing", models, 0.1), 5, Waves(1.5), 40.0)
     camera = make.camera((96, 54), eye=(0.0, -12.0, 4.0))
     view = View(camera, METRICS["full"])
+    fine = View(camera, METRICS["blake"], detail=1e-3)
+    some = display_copies(field, fine, 25_000)  # pixels, of which 1 is a thousand times the detail
+    assert 0 < len(np.unique(some.copies.object)) < len(np.unique(some.cut.object))
     pictures = []
-    for one in (display_whole(field, view), display(field, prune(field, view), view)):
+    for one in (display_copies(field, view), some, display(field, prune(field, view), view)):
         quality = replace(make.quality(variants.JIT_VARIANT, 16), coverage=True)
         made = FrameInput(camera, (one, make.ground()), make.clear, make.light, quality)
         pictures.append(render_frame(made, 1))
-    copied, flat = pictures
-    assert copied.statistics["copies"] > 100
+    *copied, flat = pictures
+    assert copied[0].statistics["copies"] > 100
     assert len(np.unique(flat.object)) > 30
-    assert_same_picture(copied, flat)
-    shares = [np.bincount(p.coverage.object, p.coverage.share) for p in pictures]
-    np.testing.assert_allclose(*shares, atol=1e-3 * shares[1].sum())
+    *shares, whole = (np.bincount(p.coverage.object, p.coverage.share) for p in pictures)
+    for picture, share in zip(copied, shares, strict=True):
+        assert_same_picture(picture, flat)
+        np.testing.assert_allclose(share, whole, atol=1e-3 * whole.sum())
+
+
+def test_what_is_near_is_copied_and_the_rest_is_cut_as_ever(make):
+    models = [prototype_from(np.random.default_rng(seed)) for seed in (1, 2, 3)]
+    field = SpeciesField(Species("thing", tuple(models), 0.1), 5, Waves(1.5), 80.0)
+    view = View(make.camera((96, 54), eye=(0.0, -12.0, 4.0)), METRICS["blake"], detail=0.5)
+    cut, some = prune(field, view), display_copies(field, view, 160.0)
+    wholes = field.prototypes.wholes(cut.parts.state, view)
+    away = np.linalg.norm(wholes.position - view.camera.eye, axis=1)
+    seen = in_view(view, wholes.centre, wholes.bound)
+    pixels = 2 * wholes.bound / away / view.camera.pixel_angle
+    near = pixels > 160 * view.detail * np.where(seen, 1, 4)
+    assert 0 < near.sum() < np.count_nonzero(pixels > 160 * view.detail) < len(near)
+    assert set(some.copies.object) == set(np.flatnonzero(near))
+    kept = ~near[cut.object] | (cut.parent < 0)  # of what is near the wholes alone
+    assert {*zip(some.cut.object, some.cut.part)} == {*zip(cut.object[kept], cut.part[kept])}
+    assert some.shape.owner.max() < np.count_nonzero(~near[some.cut.object])
 
 
 @pytest.mark.slow
@@ -94,6 +114,6 @@ def test_methods_that_prune_nothing_draw_copies_of_what_stands_still(method, mon
 def test_forecasts_count_the_sticks_of_prototypes_once():
     here = scene("meadow", 100_000)
     view = here.view(1)
-    flat, shared = (forecast(here.world, view, copies=copies) for copies in (False, True))
+    flat, shared = (forecast(here.world, view, from_size=from_size) for from_size in (0.0, 1.0))
     assert shared.copies == pytest.approx(100_000, rel=0.15)
     assert shared.sticks < flat.sticks / 100

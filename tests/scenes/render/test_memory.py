@@ -12,14 +12,14 @@ import numpy as np
 import psutil
 import pytest
 
-from lod.shapes import Sticks, Triangles, batches_of
+from lod.shapes import Triangles
 from scenes.frame.frame_input import Quality
 from scenes.presets.load import load_preset
 from scenes.processes.memory_limit import free_bytes
 from scenes.render import build, frame_session, variants
 from scenes.render.exr.header import frame_settings
 from scenes.render.frame_session import FrameSession
-from scenes.render.memory import forecast, frame_bytes, predict_bytes
+from scenes.render.memory import count_shapes, forecast, frame_bytes, predict_bytes
 from scenes.scene import Scene
 
 SIZE = 640, 360
@@ -128,16 +128,17 @@ def test_a_scene_for_which_the_renderer_finds_no_room_is_an_error(make, monkeypa
         make.rendered(variant, many)
 
 
-KINDS = Sticks, Triangles
-
-
-def test_an_estimate_of_a_frame_is_what_its_input_needs():
-    scene = Scene("crowd").with_preset(load_preset("crowd", ['render.size="640x360"']))
-    estimated = frame_bytes(forecast(scene.world, scene.view(1)), scene.preset, "llvm_ad_rgb")
-    made = scene.input(1, "llvm_ad_rgb")
-    shapes = [shape for each in made.displayed for shape in batches_of(each.shape)]
-    sticks, rest = (sum(map(len, (s for s in shapes if isinstance(s, kind)))) for kind in KINDS)
-    assert 0.8 < estimated / predict_bytes(sticks, rest, (640, 360), made.quality) < 1.3
+@pytest.mark.parametrize("copies", [0, 4])
+def test_an_estimate_of_a_frame_is_what_its_input_needs(copies):
+    keys = 'render.size="640x360"', f"view.copies={copies}", "species.tree.density=0.002"
+    scene = Scene(load_preset("crowd", keys))
+    made, view = scene.input(1, "llvm_ad_rgb"), scene.view(1)
+    found = forecast(scene.world, view, from_size=scene.copied_from(view, made.quality))
+    copied = sum(len(each.copies.which) for each in made.displayed if each.copies is not None)
+    assert found.copies == pytest.approx(copied, rel=0.3)
+    assert (copied > 0) == (copies > 0)
+    needed = predict_bytes(*count_shapes(made), (640, 360), made.quality, copies=copied)
+    assert 0.8 < frame_bytes(found, scene.preset, "llvm_ad_rgb") / needed < 1.3
 
 
 def test_a_session_estimates_each_frame_once_and_renders_none(tmp_path, monkeypatch):
