@@ -92,7 +92,8 @@ def test_what_is_near_is_copied_and_the_rest_is_cut_as_ever(make):
     assert 0 < near.sum() < np.count_nonzero(pixels > 160 * view.detail) < len(near)
     assert set(some.copies.object) == set(np.flatnonzero(near))
     kept = ~near[cut.object] | (cut.parent < 0)  # of what is near the wholes alone
-    assert {*zip(some.cut.object, some.cut.part)} == {*zip(cut.object[kept], cut.part[kept])}
+    shown, expected = (np.stack((each.object, each.part)) for each in (some.cut, cut))
+    assert {*map(tuple, shown.T)} == {*map(tuple, expected[:, kept].T)}
     assert some.shape.owner.max() < np.count_nonzero(~near[some.cut.object])
 
 
