@@ -19,8 +19,9 @@ from scenes.render.build import GUIDES, BuiltScene, Surfaces
 from scenes.render.haze import Haze, JitArrays, air_along
 from scenes.render.samples import Samples, pinhole, pixel_sums, sample_groups, sample_rays, sensor
 
-_ROULETTE_DEPTH = 5
-"""Edges of a path after which Russian roulette decides whether it goes on, as in Mitsuba."""
+_ROULETTE_DEPTH, _SURVIVAL = 1, 3.0
+"""Edges of a path after which Russian roulette decides whether it goes on, and the chance that it
+does ÷ the largest share of light that is left: docs/frames.md ("What a ray costs") has others."""
 
 
 def trace_guides(built: BuiltScene, ray: Any, traced: Any) -> tuple[list[Any], tuple[Any, Any]]:
@@ -80,7 +81,7 @@ def trace_paths(built: BuiltScene, sampler: Any, ray: Any, traced: Any) -> tuple
         direction = dr.select(active & ~met, ray.d, direction)
         active, edge = active & met, edge + 1
         if edges > _ROULETTE_DEPTH + 1:
-            survival, decide = dr.minimum(dr.max(left), 0.95), edge > _ROULETTE_DEPTH
+            survival, decide = dr.minimum(_SURVIVAL * dr.max(left), 1.0), edge > _ROULETTE_DEPTH
             active &= ~decide | (sampler.next_1d(active) < survival)
             left = dr.select(decide & active, left / survival, left)
         return sampler, ray, hit, active, left, light, (share, direction), edge
