@@ -130,7 +130,8 @@ def display_copies(
     shape = field.appearance(cut.parts, blend_weights(cut, view))
     parts = Parts.concatenate((cut.parts, wholes))
     examined = cut.examined_objects + len(wholes), cut.examined_parts + len(wholes)
-    return DisplayedRepresentation(field.name, cut_from_parts(parts, *examined), shape, copies)
+    made = copies if len(wholes) else None
+    return DisplayedRepresentation(field.name, cut_from_parts(parts, *examined), shape, made)
 
 
 def _drawn(drawn: DrawnState | None, shape: Appearance) -> Appearance:

@@ -372,6 +372,8 @@ def describe_frame(frame_input: FrameInput) -> Description:
                 _check(f"{each.name} copies", shape, len(each.copies.part))
             copies.add(each.copies, models, row + len(each.cut), each.copies.object + object_id)
         for shape, then in zip(looks, (*later, None, None), strict=False):
+            if each.copies is not None and not len(shape):
+                continue
             if isinstance(shape, Sticks):
                 placed.append(PlacedSticks(shape, row, then if isinstance(then, Sticks) else None))
                 continue

@@ -20,6 +20,7 @@ from scenes.frame.frame_input import (
 )
 from scenes.presets.load import load_preset
 from scenes.render import variants
+from scenes.render.description import describe_frame
 from scenes.render.memory import forecast
 from scenes.render.render import render_frame
 from scenes.scene import Scene
@@ -69,6 +70,8 @@ def test_a_whole_field_looks_the_same_as_copies_and_flat(make):
     for one in (display_copies(field, view), some, display(field, prune(field, view), view)):
         quality = replace(make.quality(variants.JIT_VARIANT, 16), coverage=True)
         made = FrameInput(camera, (one, make.ground()), make.clear, make.light, quality)
+        flat_shapes = {"mesh000"} if len(one.shape) == 0 else {"mesh000", "mesh001", "sticks000"}
+        assert set(describe_frame(made)["shapes"]) == flat_shapes
         pictures.append(render_frame(made, 1))
     *copied, flat = pictures
     assert copied[0].statistics["copies"] > 100
@@ -77,6 +80,17 @@ def test_a_whole_field_looks_the_same_as_copies_and_flat(make):
     for picture, share in zip(copied, shares, strict=True):
         assert_same_picture(picture, flat)
         np.testing.assert_allclose(share, whole, atol=1e-3 * whole.sum())
+
+
+def test_what_is_nowhere_large_enough_has_no_copies(make):
+    models = (prototype_from(np.random.default_rng(1)),)
+    field = SpeciesField(Species("thing", models, 0.1), 5, Waves(1.5), 40.0)
+    view = View(make.camera((96, 54), eye=(0.0, -12.0, 4.0)), METRICS["blake"])
+    one, flat = display_copies(field, view, 1e6), display(field, prune(field, view), view)
+    assert one.copies is None
+    here = view.camera, make.clear, make.light, make.quality(variants.JIT_VARIANT, 4)
+    pictures = [render_frame(FrameInput(here[0], (each,), *here[1:]), 1) for each in (one, flat)]
+    np.testing.assert_array_equal(pictures[0].rgb, pictures[1].rgb)
 
 
 def test_what_is_near_is_copied_and_the_rest_is_cut_as_ever(make):
