@@ -24,6 +24,7 @@ from bench.records.claims import Claim, at_least, at_most, claim, within
 from bench.records.records import Column, Point, Record, columns, grouped
 from bench.statistics.estimates import (
     Estimate,
+    exactly,
     one_sided_mean,
     two_sided_mean,
     two_sided_paired_ratio,
@@ -46,6 +47,7 @@ LEAST_JOD = {"still": 9.8, "walk": 9.5}
 LEAST_SHARE = 0.01  # the share of the rays that meet land from which on a band is judged
 
 OF = {"land": "land", "things": "what stands on it"}
+IN_BANDS = "luminance", "coverage"
 
 _of_place = partial(claim, unit="place", source="docs/method.md, The bar")
 
@@ -68,37 +70,64 @@ def _sums(points: Sequence[Point], quantity: str, of: str, picture: str) -> np.n
     return total
 
 
+def _ratios(points: Sequence[Point], of: str, picture: str) -> dict[int, tuple[Estimate, Estimate]]:
+    """Estimate luminance and coverage, a picture ÷ the reference, of bands that two places see."""
+    lit, whole = (_sums(points, "light", of, each) for each in (picture, "reference"))
+    rays, all_rays = (_sums(points, "rays", of, each) for each in (picture, "reference"))
+    return {
+        k: (
+            two_sided_ratio_of_means(lit[k], rays[k], whole[k], all_rays[k]),
+            two_sided_paired_ratio(rays[k], all_rays[k]),
+        )
+        for k in range(as_shipped.BANDS)
+        if min((rays[k] > 0).sum(), (all_rays[k] > 0).sum()) > 1
+    }
+
+
 def _in_bands(points: Sequence[Point]) -> Iterator[tuple[str, str, int, Estimate]]:
     """Estimate luminance and coverage of every judged band, as shipped ÷ reference.
 
-    Gives the estimand, of what it is, the band and the estimate.
+    Gives the estimand, of what it is, the band and the estimate, which is as much wider as the
+    reference moved when its detail was last halved.
     """
-    land = _sums(points, "rays", "land", "reference").sum()
+    land, halved = _sums(points, "rays", "land", "reference").sum(), _having(points, "coarser")
     for of in OF:
-        lit, whole = (_sums(points, "light", of, each) for each in ("tested", "reference"))
-        rays, all_rays = (_sums(points, "rays", of, each) for each in ("tested", "reference"))
-        for k in range(as_shipped.BANDS):
-            some = min((rays[k] > 0).sum(), (all_rays[k] > 0).sum()) > 1
-            if some and all_rays[k].sum() >= LEAST_SHARE * land:
-                light = two_sided_ratio_of_means(lit[k], rays[k], whole[k], all_rays[k])
-                yield "luminance", of, k, light
-                yield "coverage", of, k, two_sided_paired_ratio(rays[k], all_rays[k])
+        rays = _sums(points, "rays", of, "reference")
+        moved = _ratios(halved, of, "coarser") if halved else {}
+        for k, found in _ratios(points, of, "tested").items():
+            if rays[k].sum() >= LEAST_SHARE * land:
+                steps = moved.get(k, (exactly(1.0),) * 2)
+                for estimand, each, step in zip(IN_BANDS, found, steps, strict=True):
+                    yield estimand, of, k, each.widened(abs(step.value - 1))
+
+
+def _contrast(points: Sequence[Point], picture: str, octave: int, band: int) -> Estimate | None:
+    """Estimate contrast, a picture ÷ the reference; None where fewer than two places have any."""
+    one, other = (
+        sum(
+            (p.values("power", picture=each, octave=octave, band=band) for p in points),
+            np.zeros(()),
+        )
+        for each in (picture, "reference")
+    )
+    if not (other.sum() > 0 and (other != 0).sum() > 1):
+        return None
+    found = two_sided_paired_ratio(one, other)
+    value, low, high = np.sqrt(np.maximum((found.value, found.low, found.high), 0.0))
+    return replace(found, value=value, low=low, high=high)
 
 
 def _contrasts(points: Sequence[Point]) -> Iterator[tuple[int, int, Estimate]]:
-    """Estimate contrast as shipped ÷ reference, of every octave and judged band."""
-    rays = _sums(points, "rays", "land", "reference").sum(axis=1)
+    """Estimate contrast as shipped ÷ reference, of every octave and judged band, as in bands."""
+    rays, halved = (
+        _sums(points, "rays", "land", "reference").sum(axis=1),
+        _having(points, "coarser"),
+    )
     for octave in as_shipped.OCTAVES_PX:
         for k in np.flatnonzero(rays >= LEAST_SHARE * rays.sum()).tolist():
-            keys = {"octave": octave, "band": k}
-            one, other = (
-                sum((p.values("power", picture=each, **keys) for p in points), np.zeros(()))
-                for each in ("tested", "reference")
-            )
-            if other.sum() > 0 and (other != 0).sum() > 1:
-                found = two_sided_paired_ratio(one, other)
-                value, low, high = np.sqrt(np.maximum((found.value, found.low, found.high), 0.0))
-                yield octave, k, replace(found, value=value, low=low, high=high)
+            if (found := _contrast(points, "tested", octave, k)) is not None:
+                step = _contrast(halved, "coarser", octave, k) if halved else None
+                yield octave, k, found.widened(abs(step.value - 1) if step else 0.0)
 
 
 def _error(points: Sequence[Point], picture: str) -> Reals:
@@ -106,14 +135,23 @@ def _error(points: Sequence[Point], picture: str) -> Reals:
     return np.mean([errors(point, picture=picture) for point in points], axis=0)
 
 
-def _has_ceiling(points: Sequence[Point]) -> bool:
-    return any(each.keys.get("picture") == "ceiling" for each in points[0].samples)
+def _having(points: Sequence[Point], picture: str) -> list[Point]:
+    """Return the points that have seen a picture: not all have a ceiling or a coarser reference."""
+    return [p for p in points if any(c.keys.get("picture") == picture for c in p.samples)]
+
+
+def _moved(points: Sequence[Point]) -> float:
+    """Return the FLIP, beyond its floor, by which halving its detail last moved the reference."""
+    if not (halved := _having(points, "coarser")):
+        return 0.0
+    return max(0.0, float((_error(halved, "coarser") - _error(halved, "floor")).mean()))
 
 
 def _share(points: Sequence[Point]) -> Estimate:
     """Estimate how far FLIP is on the way from its floor to its ceiling."""
     error, floor, ceiling = (_error(points, each) for each in ("tested", "floor", "ceiling"))
-    return two_sided_paired_ratio(error - floor, ceiling - floor)
+    found = two_sided_paired_ratio(error - floor, ceiling - floor)
+    return found.widened(_moved(points) / float((ceiling - floor).mean()))
 
 
 def _still_claims(points: Sequence[Point]) -> Iterator[Claim]:
@@ -128,14 +166,15 @@ def _still_claims(points: Sequence[Point]) -> Iterator[Claim]:
             where = {**named, "octave": f"{octave} to {2 * octave} px", "band": band + 1}
             bound = within(1, CONTRAST_MARGIN)
             yield _of_place("contrast ratio to the reference", bound, where, found)
-        error = _error(mine, "tested")
-        excess = two_sided_mean(error - _error(mine, "floor"))
+        error, moved = _error(mine, "tested"), _moved(mine)
+        excess = two_sided_mean(error - _error(mine, "floor")).widened(moved)
         yield _of_place("FLIP less its floor", at_most(MOST_EXCESS), named, excess)
-        if _has_ceiling(mine):
+        if _having(mine, "ceiling"):
             estimand, shown = "(FLIP − floor) ÷ (ceiling − floor)", preset == "meadow"
             yield _of_place(estimand, at_most(MOST_SHARE), named, _share(mine), headline=shown)
         old = {**named, "pruned": "everything"}
-        estimand, found = "FLIP to the fine reference at shipped settings", one_sided_mean(error)
+        estimand = "FLIP to the fine reference at shipped settings"
+        found = one_sided_mean(error).widened(moved)
         yield _of_place(estimand, at_most(MOST_ERROR), old, found, source="§2.4")
 
 
@@ -148,8 +187,8 @@ def _walk_claims(points: Sequence[Point]) -> Iterator[Claim]:
 
 
 def _still_tables(record: Record) -> Iterator[tuple[str, Table]]:
-    three = ("luminance", "coverage", "contrast")
-    heads = ("preset", "reference, px", *three, "FLIP", "floor", "ceiling", "share")
+    three = (*IN_BANDS, "contrast")
+    heads = ("preset", "reference, px", "moved", *three, "FLIP", "floor", "ceiling", "share")
     rows = []
     for (preset,), mine in grouped(record.points, "preset").items():
         judged = [each for each in _still_claims(mine) if each.unit == "place"]
@@ -159,10 +198,11 @@ def _still_tables(record: Record) -> Iterator[tuple[str, Table]]:
         ]
         fine = np.concatenate([p.values("reference_ppm") for p in mine]) / 1e6
         told = [f"{c['holds']} of {sum(c.values())}, {c['refuted']} refuted" for c in counts]
-        ends = ("tested", "floor", "ceiling")[: 3 if _has_ceiling(mine) else 2]
+        ends = ("tested", "floor", "ceiling")[: 3 if _having(mine, "ceiling") else 2]
         flip = [f"{_error(mine, each).mean():.4f}" for each in ends]
-        share = [f"{_share(mine):.2f}"] if _has_ceiling(mine) else ["–", "–"]
-        rows.append((preset, f"{fine.min():.3g} to {fine.max():.3g}", *told, *flip, *share))
+        share = [f"{_share(mine):.2f}"] if _having(mine, "ceiling") else ["–", "–"]
+        seen = f"{fine.min():.3g} to {fine.max():.3g}", f"{_moved(mine):.4f}"
+        rows.append((preset, *seen, *told, *flip, *share))
     yield "Every preset against the bar", (heads, rows)
 
 
@@ -171,13 +211,13 @@ def _still_plots(record: Record) -> Iterator[Plot]:
     names = sorted(groups, key=lambda name: float(_error(groups[name], "tested").mean()))
     drawn = []
     for picture, label in (("floor", "floor"), ("tested", "as shipped"), ("ceiling", "ceiling")):
-        mine = [n for n in names if picture != "ceiling" or _has_ceiling(groups[n])]
+        mine = [n for n in names if picture != "ceiling" or _having(groups[n], "ceiling")]
         found = [two_sided_mean(_error(groups[name], picture)) for name in mine]
         drawn.append(estimated(label, [float(names.index(n)) for n in mine], found, least=1e-4))
     axis = "preset", "FLIP without noise"
     panels = [Panel("Between floor and ceiling", axis, drawn, ("linear", "log"), "points", names)]
     within_share = sum(
-        _share(row).high <= MOST_SHARE for row in groups.values() if _has_ceiling(row)
+        _share(row).high <= MOST_SHARE for row in groups.values() if _having(row, "ceiling")
     )
     title = (
         f"{within_share} of {len(names)} presets as shipped are within {100 * MOST_SHARE:g} % of "
@@ -189,7 +229,7 @@ def _still_plots(record: Record) -> Iterator[Plot]:
     )
     yield figure("presets", title, caption, panels)
     panels, off = [], 0.0
-    for estimand in ("luminance", "coverage"):
+    for estimand in IN_BANDS:
         for of, words in OF.items():
             drawn = []
             for name, row in groups.items():
@@ -352,7 +392,8 @@ EXPERIMENT = Experiment(
     },
     rendered=True,
     caveats=(
-        "The reference is as fine as its memory allows, which points note: it is not unpruned.",
+        "The reference is as fine as its memory allows, which points note: it is not unpruned. "
+        "Intervals are as much wider as it moved when its detail was last halved.",
         "Several hundred claims are judged, each by an interval of its own: some are refuted, and "
         "some hold, by chance.",
         "The ceiling has the detail of the preset, so what is off there is in the ceiling, too.",

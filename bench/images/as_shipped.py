@@ -2,7 +2,8 @@
 
 A case is one place under one sun. Its reference is traced twice, the second time with other
 samples, which gives the floor of errors; the preset with its objects redrawn on the same ground,
-at its own detail, gives the ceiling. Fields, and the dust of those who walk there, are redrawn;
+at its own detail, gives the ceiling. Under one sun of each place the reference at twice its detail
+says how far the last halving moved it. Fields, and the dust of those who walk there, are redrawn;
 what is placed one by one stays.
 """
 
@@ -42,6 +43,8 @@ FIXED_BY = "3eef32fffc4e7785e51f9c06beef6f15d127a368"
 """The commit that fixed the bar, from whose hash the seeds of places are."""
 
 SUNS_DEG = (10.0, 40.0, 70.0)  # elevations of the sun [degrees]
+
+CONVERGENCE = ("in turn", "40°")  # the suns under which references are seen half as fine, too
 
 EVERY_SUN = ("meadow", "forest", "mountain", "aerial")
 """Presets that are seen under all suns at each place."""
@@ -170,6 +173,12 @@ def measure(place: Place, looks: Looks, variant: str, reference_bytes: int, seed
     if scene.world.fields:
         other = scene.with_world(redrawn(scene.world))
         compared["ceiling"] = seen(other.input(place.frame, variant), TESTED).pictures[0]
+    bands = {"tested": tested, "reference": whole}
+    if place.sun in CONVERGENCE:
+        half = fine.preset.view.model_copy(update={"detail": 2 * fine.preset.view.detail})
+        coarser = fine.with_preset(fine.preset.model_copy(update={"view": half}))
+        bands["coarser"] = seen(coarser.input(place.frame, variant), TESTED)
+        compared["coarser"] = bands["coarser"].pictures[0]
     found = {
         "place": [place.number],
         "world_seed": [scene.preset.seed],
@@ -179,7 +188,7 @@ def measure(place: Place, looks: Looks, variant: str, reference_bytes: int, seed
     }
     case = {"topic": "stills", "preset": place.preset, "sun": place.sun}
     samples = (*columns(found), *_flip_columns(looks, compared, whole.pictures[0]))
-    return Point(case, samples=(*samples, *_band_columns(tested, whole, edges_m)))
+    return Point(case, samples=(*samples, *_band_columns(bands, edges_m)))
 
 
 def _flip_columns(
@@ -190,13 +199,14 @@ def _flip_columns(
             yield Column("flip_ppm", [round(1e6 * each)], {"picture": which, "samples": spp})
 
 
-def _band_columns(tested: Seen, whole: Seen, edges_m: np.ndarray) -> Iterator[Column]:
+def _band_columns(bands: Mapping[str, Seen], edges_m: np.ndarray) -> Iterator[Column]:
     """Yield luminance [10⁻⁶], rays, and powers of contrast [10⁻⁹] of every band."""
-    for which, seen in (("tested", tested), ("reference", whole)):
+    for which, seen in bands.items():
         for of, sums in (("land", seen.land), ("things", seen.things)):
             yield from sums_by_band("light", sums.light, {"picture": which, "of": of})
             yield from sums_by_band("rays", sums.rays, {"picture": which, "of": of}, 1)
-        power = contrast_power(seen.pictures[0][0], seen.pictures[0][1], whole.Z, edges_m)
+        one, other = seen.pictures[0][:2]
+        power = contrast_power(one, other, bands["reference"].Z, edges_m)
         for octave, row in zip(OCTAVES_PX, power, strict=True):
             yield from sums_by_band("power", row, {"picture": which, "octave": octave}, 1e-9)
 

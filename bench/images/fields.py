@@ -68,9 +68,11 @@ FEW_METRICS = {"hazy": ("blake", "contrast_weighted"), GRASS: ("blake", "bounded
 LEAST_SHARE = 0.005  # the share of the land's rays from which on a band of distance is judged
 
 SPECIES, GROUND, EVERYTHING, NOTHING = "species", "ground", "everything", "nothing"
+COARSER = "coarser"
 """What is pruned, while the rest is the reference's.
 
-``NOTHING`` is the reference with other samples, which tells how far errors can be trusted. The
+``NOTHING`` is the reference with other samples, which tells how far errors can be trusted;
+``COARSER`` the reference at twice its detail, which tells how far the last halving moved it. The
 ground is pruned by the default metric.
 """
 
@@ -232,7 +234,7 @@ def displayed(
         whole = _plain(view)
         ground = display_ground(world, whole, 2 * fine, detail, mine.metric)
         return (*ground, *species)
-    return reference(world, view, fine)
+    return reference(world, view, 2 * fine if pruned == COARSER else fine)
 
 
 def _plain(view: View) -> View:
@@ -334,7 +336,7 @@ def cases(
         alike = load_preset(own, [Setting("", f"species.{n}.metric", None) for n in own.species])
     headlines = Looks(tuple(samples), light_passes), choose()
     for number in range(fields):
-        alone = (NOTHING, SPECIES, GROUND) if number % ALONE_OF < ALONE else ()
+        alone = (NOTHING, COARSER, SPECIES, GROUND) if number % ALONE_OF < ALONE else ()
         ways = tuple((pruned, "blake", 1.0) for pruned in (EVERYTHING, *alone))
         for view in views:
             field = Field(view, number, unseen, size, own)

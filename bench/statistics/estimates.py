@@ -60,6 +60,10 @@ class Estimate:
         ends = {k: by * getattr(self, k) for k in ("value", "low", "high", "standard_error")}
         return replace(self, **ends)
 
+    def widened(self, by: float) -> "Estimate":
+        """Return the estimate with its ends farther out by what is not known of its bias."""
+        return replace(self, low=self.low - by, high=self.high + by)
+
     def __format__(self, form: str) -> str:
         """Write the number and its interval, each in this form: ``0.98 (0.97 to 0.99)``."""
         return f"{self.value:{form}} ({self.low:{form}} to {self.high:{form}})"

@@ -74,7 +74,7 @@ def record(seed, plant=lambda made: made, swapped=False):
         samples = (
             *columns(found),
             *bar._flip_columns(LOOKS, compared, whole.pictures[0]),
-            *bar._band_columns(tested, whole, edges),
+            *bar._band_columns({"tested": tested, "reference": whole}, edges),
         )
         case = {"topic": "stills", "preset": "crowd", "sun": "in turn"}
         points.append(Point(case, samples=samples))

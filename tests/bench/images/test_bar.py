@@ -158,6 +158,37 @@ def test_suns_count_alike_and_places_are_the_replicates():
     assert {each.replicates for each in EXPERIMENT.judged(both)} == {8}
 
 
+def test_intervals_are_as_much_wider_as_halving_its_detail_moved_the_reference():
+    plain, more = planted(), {"flip_ppm": 2000, "light": 0.03}
+    coarser = [
+        replace(
+            c,
+            values=[v + round(m if m > 1 else m * v) for v in c.values],
+            keys=c.keys | {"picture": "coarser"},
+        )
+        for c in plain.samples
+        if c.keys.get("picture") == "tested"
+        for m in [more.get(c.quantity, 0)]
+    ]
+    seen = replace(plain, samples=(*plain.samples, *coarser))
+    before, after = (
+        {(c.estimand, c.condition.get("what"), c.condition.get("band")): c for c in judged}
+        for judged in (EXPERIMENT.judged([each]) for each in (plain, seen))
+    )
+    for name, step in {
+        ("FLIP less its floor", None, None): 0.008,  # 0.012 of the coarser one, 0.004 of the floor
+        ("FLIP to the fine reference at shipped settings", None, None): 0.008,
+        ("(FLIP − floor) ÷ (ceiling − floor)", None, None): 0.008 / 0.196,
+        ("luminance ratio to the reference", "land", BANDS): 0.03,
+        ("coverage ratio to the reference", "land", BANDS): 0.0,
+        ("contrast ratio to the reference", None, BANDS): 0.0,
+    }.items():
+        one, other = before[name], after[name]
+        assert other.measured == one.measured
+        assert one.low - other.low == pytest.approx(step, abs=1e-4)
+        assert other.high - one.high == pytest.approx(step, abs=1e-4)
+
+
 def test_walks_are_judged_by_place_and_need_their_environment(monkeypatch):
     walk = [
         Column(
@@ -200,7 +231,7 @@ def test_a_place_is_measured_against_its_floor_and_its_ceiling():
     rest = Looks((8, 32), 4), choose(), 600_000_000, 0
     point = bar.measure(place, *rest)
     error, floor, ceiling = (errors(point, picture=p) for p in ("tested", "floor", "ceiling"))
-    assert floor < error < ceiling
+    assert floor < error < ceiling and errors(point, picture="coarser") < error
     land, things = (
         sum(point.values("rays", picture="reference", of=of, band=k) for k in range(BANDS))
         for of in ("land", "things")

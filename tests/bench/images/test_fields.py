@@ -16,6 +16,7 @@ from bench.images.differences import (
 )
 from bench.images.equal_error import crossings, equal_error
 from bench.images.fields import (
+    COARSER,
     EDGES_M,
     EVERYTHING,
     GROUND,
@@ -168,6 +169,28 @@ def test_light_and_coverage_are_judged_apart(what, which):
         assert verdict == ("refuted" if each == which else "holds")
 
 
+def test_intervals_are_as_much_wider_as_the_fit_is_biased_and_the_reference_moved():
+    plain = planted()
+    biased = [p for p in plain if p.case["pruned"] != NOTHING]
+    biased += [headline(pruned=NOTHING, error=0.001)]
+    moved = [*biased, headline(pruned=COARSER, error=0.003, light=1.01, rays=1.004)]
+    found = [
+        {(c.estimand, *c.condition.values()): c for c in EXPERIMENT.judged(p)}
+        for p in (plain, biased, moved)
+    ]
+    flip = ("FLIP to the reference", "aerial", "blake", "1 px", "species")
+    lit, seen = (f"{each} ratio to the reference" for each in ("luminance", "coverage"))
+    for name, steps in {
+        flip: (0.001, 0.003),
+        (lit, "aerial", "20–60 m"): (0.0, 0.01),
+        (seen, "aerial", "20–60 m"): (0.0, 0.004),
+    }.items():
+        first, *rest = (each[name] for each in found)
+        for other, step in zip(rest, steps, strict=True):
+            assert first.low - other.low == pytest.approx(step, abs=2e-5)
+            assert other.high - first.high == pytest.approx(step, abs=2e-5)
+
+
 def test_a_metric_that_never_reaches_the_error_is_not_compared():
     never = [p for p in planted(3.0) if p.case["what"] == "sweep" and p.case["detail"] <= 1]
     assert not equal_error(never, errors)["depth"].found
@@ -211,7 +234,8 @@ def test_a_field_is_measured_and_pruned_apart():
     case = what, field, ways, Looks((4, 16), 2), variant
     points = merge_points([*measure(*case, 0), *measure(*case, 0)])
     by_way = {p.case["pruned"]: p for p in points}
-    assert set(by_way) == {EVERYTHING, NOTHING, SPECIES, GROUND}
+    assert set(by_way) == {EVERYTHING, NOTHING, COARSER, SPECIES, GROUND}
+    assert by_way[COARSER].column("parts")[0] < by_way[NOTHING].column("parts")[0]
     assert all(errors(p)[0] == errors(p)[1] for p in points)
     nothing, everything = by_way[NOTHING], by_way[EVERYTHING]
     assert nothing.column("parts")[0] > by_way[SPECIES].column("parts")[0]
