@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from bench.packs.content import WALK_FRAMES, Content
+from scenes.processes.streams import load_usd
 from scenes.render.description import Description
 from scenes.render.usd_export import set_camera, set_curves, set_mesh
 
@@ -20,6 +21,7 @@ _ROOT = "/pack"
 
 def write_geometry(path: Path, content: Content) -> None:
     """Write the ground, the prototypes with their levels, and where their copies stand."""
+    load_usd()
     from pxr import Gf, UsdGeom, UsdShade, Vt
 
     stage = _stage(str(path))

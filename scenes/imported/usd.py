@@ -34,6 +34,7 @@ from scenes.imported.part_tree import (
     node_settings,
     texture_colours,
 )
+from scenes.processes.streams import load_usd
 
 MOST_TEXT_BYTES = 2**25  # of a layer that is text, which takes some 30 times as much memory
 _MOST_FOLDED = 1e-3  # of the area of polygons, what their fans may cover beyond them
@@ -52,6 +53,7 @@ def read_usd(path: Path, sidecar: Sidecar, note: Callable[[str], object]) -> lis
     ``note`` is called with what is read otherwise than a renderer would. Raises InputError that
     names the prim and the rule.
     """
+    load_usd()
     from pxr import Usd, UsdUtils
 
     name = path.name

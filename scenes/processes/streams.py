@@ -227,3 +227,24 @@ def signals_held() -> Iterator[None]:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def load_usd() -> None:
+    """Import USD's modules; a signal that comes meanwhile is sent again afterwards.
+
+    USD prints whatever is raised while it loads a module, and goes on. Raises ImportError where it
+    is not installed.
+    """
+    came: list[int] = []
+    in_main = threading.current_thread() is threading.main_thread()
+    before = {n: signal.getsignal(n) for n in ENDING} if in_main else {}
+    for number, handler in before.items():
+        if handler is not signal.SIG_IGN:
+            signal.signal(number, lambda n, _: came.append(n))
+    try:
+        from pxr import Ar, Gf, Sdf, Tf, Usd, UsdGeom, UsdLux, UsdShade, UsdUtils, Vt  # noqa: F401
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+        if came:
+            os.kill(os.getpid(), came[0])

@@ -16,6 +16,7 @@ from lod.camera import Camera
 from lod.errors import InputError
 from scenes.files import check_free, check_name, whole_file
 from scenes.frame.frame_input import FrameInput
+from scenes.processes.streams import load_usd
 from scenes.render.description import FAR_M, NEAR_M, Description, chains, describe_frame
 from scenes.render.exr.header import camera_from_world, software
 
@@ -30,7 +31,7 @@ def check_usd(path: str | Path, overwrite: bool = False) -> None:
         raise InputError("-o", str(path), rule, "write NAME.usda")
     check_name(path)
     try:
-        import pxr  # noqa: F401
+        load_usd()
     except ImportError:
         rule, cure = "needs usd-core", "pip install 'lodbench[usd]'"
         raise InputError("-o", str(path), rule, cure) from None

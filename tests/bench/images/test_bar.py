@@ -325,7 +325,7 @@ def judged_with(plant):
         found = [
             bar.measure(place, Looks((4, 8), 16), choose(), MOST, 0)
             for place in (
-                Place("meadow", k, "40°", (*SMALL, f"seed={901 + k}", f"camera.heading={90 * k}"))
+                Place("meadow", k, "10°", (*SMALL, f"seed={901 + k}", f"camera.heading={90 * k}"))
                 for k in range(3)
             )
         ]

@@ -11,7 +11,7 @@ import pytest
 ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 PROGRAM = """
 import os, signal, sys, time
-from scenes.processes.streams import Stopped, raise_when_stopped, signals_held
+from scenes.processes.streams import Stopped, load_usd, raise_when_stopped, signals_held
 
 raise_when_stopped()
 try:
@@ -102,3 +102,21 @@ def test_one_that_comes_while_they_are_held_is_raised_afterwards():
     words = [sys.executable, "-c", PROGRAM.format(body=body, at_the_end="pass")]
     done = subprocess.run(words, capture_output=True, text=True, timeout=30)
     assert (done.returncode, done.stdout) == (143, "held\ntidied\n")
+
+
+def test_a_library_that_swallows_what_is_raised_while_it_loads_swallows_no_signal():
+    loading = """import types
+
+    class Loading(types.ModuleType):
+        def __getattr__(self, name):
+            try:
+                os.kill(os.getpid(), signal.SIGTERM)
+                time.sleep(0.01)
+            except BaseException as error:
+                print("swallowed", error)
+
+    sys.modules["pxr"] = Loading("pxr")
+    load_usd()"""
+    words = [sys.executable, "-c", PROGRAM.format(body=loading, at_the_end="pass")]
+    done = subprocess.run(words, capture_output=True, text=True, timeout=30)
+    assert (done.returncode, done.stdout) == (143, "tidied\n")
