@@ -32,7 +32,7 @@ def main():
     start = time.perf_counter()
     folder = Path(asked.scene).parent
     numbers, camera = pack.read_numbers(folder)
-    geometry = pack.read_geometry(asked.scene)
+    models = list(pack.read_models(asked.scene))
     read = time.perf_counter()
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene = bpy.context.scene
@@ -40,9 +40,13 @@ def main():
     add_light(scene, numbers, pack.sky_from_north(folder, numbers), haze)
     add_camera(scene, camera)
     material = hazy_matte(haze)
-    for mesh in geometry.meshes:
-        add_mesh(scene, *mesh, material)
-    add_curves(scene, geometry, material)
+    for geometry, places, turn in models:
+        made = [mesh_of(*mesh) for mesh in geometry.meshes]
+        if len(geometry.counts):
+            made.append(hair_of(geometry))
+        for data in made:
+            data.materials.append(material)
+            show(scene, data, places, turn)
     set_sampling(scene, numbers, max(1, round(asked.knob)), asked.seed)
     built = time.perf_counter()
     picture, depth = rendered(scene)
@@ -222,8 +226,8 @@ def turned(z, place, up=None):
     return Matrix(matrix.tolist())
 
 
-def add_mesh(scene, vertices, faces, normals, colours, material):
-    """Add triangles with smooth normals and an albedo of each vertex."""
+def mesh_of(vertices, faces, normals, colours):
+    """Make triangles with smooth normals and an albedo of each vertex."""
     mesh = bpy.data.meshes.new("mesh")
     mesh.vertices.add(len(vertices))
     mesh.vertices.foreach_set("co", vertices.ravel())
@@ -235,13 +239,11 @@ def add_mesh(scene, vertices, faces, normals, colours, material):
     mesh.update(calc_edges=True)
     mesh.validate()
     mesh.normals_split_custom_set_from_vertices(normals)
-    show(scene, mesh, material)
+    return mesh
 
 
-def add_curves(scene, geometry, material):
-    """Add sticks as hair: round cones with an albedo of each chain."""
-    if not len(geometry.counts):
-        return
+def hair_of(geometry):
+    """Make sticks as hair: round cones with an albedo of each chain."""
     hair = bpy.data.hair_curves.new("sticks")
     hair.add_curves(geometry.counts.tolist())
     hair.set_types(type="POLY")
@@ -250,7 +252,7 @@ def add_curves(scene, geometry, material):
     radius = hair.attributes.get("radius") or hair.attributes.new("radius", "FLOAT", "POINT")
     radius.data.foreach_set("value", np.ascontiguousarray(geometry.points[:, 3]))
     set_colour(hair, "CURVE", geometry.tints)
-    show(scene, hair, material)
+    return hair
 
 
 def set_colour(data, domain, colours):
@@ -260,12 +262,17 @@ def set_colour(data, domain, colours):
     attribute.data.foreach_set("color", opaque.astype(np.float32).ravel())
 
 
-def show(scene, data, material):
-    """Link an object of these data."""
-    data.materials.append(material)
-    made = bpy.data.objects.new(data.name, data)
-    made.shadow_terminator_geometry_offset = 0.0  # it lights slopes that face away from the sun
-    scene.collection.objects.link(made)
+def show(scene, data, places, turn):
+    """Link an object of these data for each copy, moved and turned about the vertical."""
+    from mathutils import Matrix
+
+    for (x, y, z), (cos, sin) in zip(places.tolist(), turn.tolist(), strict=True):
+        made = bpy.data.objects.new(data.name, data)
+        made.matrix_world = Matrix(
+            ((cos, -sin, 0, x), (sin, cos, 0, y), (0, 0, 1, z), (0, 0, 0, 1))
+        )
+        made.shadow_terminator_geometry_offset = 0.0  # it lights slopes that face away from the sun
+        scene.collection.objects.link(made)
 
 
 def set_sampling(scene, numbers, samples, seed):

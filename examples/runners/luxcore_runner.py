@@ -23,14 +23,14 @@ import pack_geometry as pack
 
 FINE, COARSE = (-89, -72, -54, -36, -18, 0), (-89, -60, -30, 0)
 SHAPES = (
-    (0.0, 8, (0,), 1.0, False),
-    (0.01, 8, COARSE, 1.023, False),
-    (0.075, 24, FINE, 1.008, True),
+    (0.0, 8, (0,), 1.0),
+    (0.01, 8, COARSE, 1.023),
+    (0.075, 24, FINE, 1.008),
 )
 """How a stick is made by its radius: from which on [m]; sides; latitudes of the rings of its round
 ends [°]; how much further out those beside the equator lie, so that an end has the surface, and on
-average the silhouette (Cauchy), of half a ball; whether it is smooth. Where normals lean from their
-facets light is lost, 1.4 % of it on eight sides: thin sticks are flat."""
+average the silhouette (Cauchy), of half a ball. Sticks are flat: where normals lean from their
+facets light is lost, 1.4 % of it on eight sides."""
 
 
 def main():
@@ -106,11 +106,13 @@ def settings(numbers, width, height, seed):
 
     made = pyluxcore.Properties()
     rows = {
-        "renderengine.type": "TILEPATHCPU",
+        # Samplers by Sobol's sequence, the tiles' too, use one number of it for all that the first
+        # sample of a pixel asks for, and no seed: light that depends on two of them is biased.
+        "renderengine.type": "PATHCPU",
         "renderengine.seed": seed + 1,
-        "sampler.type": "TILEPATHSAMPLER",
-        "tilepath.sampling.aa.size": 1,
-        "tile.multipass.enable": 0,
+        "sampler.type": "RANDOM",
+        "sampler.random.adaptive.strength": 0.0,
+        "batch.haltspp": 1,
         # Surfaces on a path: the edges to the camera and the light are not counted.
         "path.pathdepth.total": numbers["integrator"]["max_depth"] - 1,
         "path.pathdepth.diffuse": numbers["integrator"]["max_depth"] - 1,
@@ -196,7 +198,7 @@ def parse(scene, rows):
 
 
 def capsules(geometry):
-    """Yield sticks as a mesh of each shape: vertices, faces, normals if smooth, albedos."""
+    """Yield sticks as a mesh of each shape: vertices, faces, no normals, albedos."""
     begins = np.cumsum(geometry.counts) - geometry.counts
     last = np.zeros(len(geometry.points), bool)
     last[begins + geometry.counts - 1] = True
@@ -209,7 +211,7 @@ def capsules(geometry):
             yield tubes(one[mine], two[mine], tints[mine], *shape[1:])
 
 
-def tubes(one, two, tints, sides, latitudes, further, smooth):
+def tubes(one, two, tints, sides, latitudes, further):
     """Return sticks between ends (n, 4), with a ring of vertices for each latitude of each end."""
     axis = two[:, :3] - one[:, :3]
     length = np.linalg.norm(axis, axis=1, keepdims=True)
@@ -221,15 +223,14 @@ def tubes(one, two, tints, sides, latitudes, further, smooth):
     turn = 2 * np.pi * np.arange(sides) / sides
     out = np.cos(turn)[:, None] * x[:, None] + np.sin(turn)[:, None] * y[:, None]  # (n, s, 3)
     wider = np.pi / sides / np.sin(np.pi / sides)  # the mean width of a prism is that of a cone
-    vertices, normals = [], []
+    vertices = []
     rings = [(one, a) for a in latitudes] + [(two, -a) for a in reversed(latitudes)]
     for ball, degrees in rings:
         latitude = np.radians(degrees)
         normal = np.cos(latitude) * out + np.sin(latitude) * axis[:, None]
         radius = ball[:, None, 3:] * wider * (further if degrees else 1.0)
         vertices.append(ball[:, None, :3] + radius * normal)
-        normals.append(normal)
-    vertices, normals = (np.stack(each, axis=1) for each in (vertices, normals))  # (n, r, s, 3)
+    vertices = np.stack(vertices, axis=1)  # (n, r, s, 3)
     n, r = vertices.shape[:2]
     s, after = np.arange(sides), (np.arange(sides) + 1) % sides
     quads = []
@@ -241,8 +242,7 @@ def tubes(one, two, tints, sides, latitudes, further, smooth):
         ]
     faces = np.concatenate(quads)[None] + (np.arange(n) * r * sides)[:, None, None]
     colours = np.repeat(tints, r * sides, axis=0)
-    normals = normals.reshape(-1, 3) if smooth else None
-    return vertices.reshape(-1, 3), faces.reshape(-1, 3), normals, colours
+    return vertices.reshape(-1, 3), faces.reshape(-1, 3), None, colours
 
 
 if __name__ == "__main__":
