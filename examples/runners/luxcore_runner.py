@@ -106,16 +106,15 @@ def settings(numbers, width, height, seed):
 
     made = pyluxcore.Properties()
     rows = {
-        # Samplers by Sobol's sequence, the tiles' too, use one number of it for all that the first
-        # sample of a pixel asks for, and no seed: light that depends on two of them is biased.
+        # The sampler of tiles gives the same samples whatever the seed.
         "renderengine.type": "PATHCPU",
         "renderengine.seed": seed + 1,
         "sampler.type": "RANDOM",
         "sampler.random.adaptive.strength": 0.0,
         "batch.haltspp": 1,
-        # Surfaces on a path: the edges to the camera and the light are not counted.
-        "path.pathdepth.total": numbers["integrator"]["max_depth"] - 1,
-        "path.pathdepth.diffuse": numbers["integrator"]["max_depth"] - 1,
+        # Edges of a path, and not surfaces: a depth of 2 has the light of 1.
+        "path.pathdepth.total": numbers["integrator"]["max_depth"],
+        "path.pathdepth.diffuse": numbers["integrator"]["max_depth"],
         "path.russianroulette.depth": 1000,
         "path.clamping.variance.maxvalue": 0,
         "path.hybridbackforward.enable": 0,

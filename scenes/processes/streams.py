@@ -237,10 +237,10 @@ def load_usd() -> None:
     """
     came: list[int] = []
     in_main = threading.current_thread() is threading.main_thread()
-    before = {n: signal.getsignal(n) for n in ENDING} if in_main else {}
-    for number, handler in before.items():
-        if handler is not signal.SIG_IGN:
-            signal.signal(number, lambda n, _: came.append(n))
+    before = {n: signal.getsignal(n) for n in ENDING if in_main}
+    before = {n: each for n, each in before.items() if each not in (signal.SIG_IGN, None)}
+    for number in before:
+        signal.signal(number, lambda n, _: came.append(n))
     try:
         from pxr import Ar, Gf, Sdf, Tf, Usd, UsdGeom, UsdLux, UsdShade, UsdUtils, Vt  # noqa: F401
     finally:
