@@ -426,8 +426,8 @@ EXPERIMENT = Experiment(
         "The metric alone is timed as arrays of distances; in the walk it is one with the "
         "search, whose time stands beside it.",
         "Memory is the most that a process has held, its libraries with it.",
-        "Unpruned worlds hold every object's own sticks: Mitsuba 3.9.1 cannot instance in its JIT "
-        "variants. A renderer that can would hold those of `meadow` in far less memory.",
+        "Unpruned worlds of `meadow` are copies that share the shapes of their models. People of "
+        "`crowd` have poses of their own, so that each is built whole.",
         "Worlds of 10³ to 10¹⁵ objects are endless fields seen through a window: none of their "
         "objects is stored, so that what grows with the world is what a frame examines, and "
         "nothing else. Seconds of one core, from prune to plain frame; rendering is the same for "

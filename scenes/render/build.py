@@ -391,7 +391,10 @@ def _completed(shape: Any, glow: bool) -> Callable[..., tuple[Any, ...]]:
         emitted = mi.Color3f(0.0) if glow else None
         if emitter:
             emitted = emitter.eval(si, active)
-        albedo = bsdf.eval_diffuse_reflectance(si, active)
+        if shape.is_mesh():  # its reflectance asks by a call that every copy in the scene joins
+            albedo = mi.Color3f(shape.eval_attribute_3("vertex_color", si, active))
+        else:
+            albedo = bsdf.eval_diffuse_reflectance(si, active)
         return si.p, si.n, si.sh_frame.n, albedo, emitted
 
     return complete
