@@ -242,8 +242,8 @@ def _cost_plots(record: Record) -> Iterator[Plot]:
     title = told.pop(max(told))
     caption = (
         f"{'; '.join((*told.values(), ''))}medians over frames, each side in a fresh process. "
-        "Unpruned worlds of `meadow` are built once and hold every object's own "
-        "sticks: nothing is instanced. Times are those of one machine."
+        "Unpruned worlds of `meadow` are built once, of copies that share their models' shapes; "
+        "people of `crowd` share nothing. Times are those of one machine."
     )
     title, caption = (each[:1].upper() + each[1:] for each in (title, caption))
     yield figure("stages", title, caption, panels)
