@@ -1,10 +1,9 @@
 """Run experiments: cases here or on a cluster, each kept in a journal, and one record at the end.
 
 In DIR/.journal lies one small file for each measured case and each finished record, named for all
-that made it: sources, packages, experiment, seed and the case itself, and for a record the machine.
-Nothing that was made by other sources can be taken for it, and the same command goes on where it
-was stopped. It may go on on another machine, for no times are compared between kept cases, and
-each notes where it was measured.
+that made it: sources, packages, kind of machine, experiment, seed and the case itself. Nothing that
+was made by other sources or another kind of machine can be taken for it, and the same command goes
+on where it was stopped. The kind is the processor's name and its cores, as ``compare`` has it.
 """
 
 import contextlib
@@ -123,15 +122,14 @@ def measured_case(case: Case, seed: int) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class Journal:
-    """What is done in a folder; ``sources`` and ``machine`` are digests of what measures here."""
+    """What is done in a folder; ``maker`` is a digest of the sources and the kind of machine."""
 
     folder: Path
-    sources: str
-    machine: str
+    maker: str
 
     def record_of(self, asked: RunRequest) -> Path | None:
         """Return the path of the finished record; None without one that still verifies."""
-        found = _read(self._record(asked))
+        found = _read(self._path("record", asked))
         path = self.folder / Path(str(found)).name
         try:
             record = read_record(path) if found else None
@@ -142,12 +140,12 @@ class Journal:
 
     def finished(self, asked: RunRequest, record: Path) -> None:
         """Note that a record is finished; its cases need not be kept any longer."""
-        _write(self._record(asked), record.name)
+        _write(self._path("record", asked), record.name)
         self._discard_cases(asked)
 
     def discard(self, asked: RunRequest) -> None:
         """Forget what was asked for and its cases; records stay."""
-        self._record(asked).unlink(missing_ok=True)
+        self._path("record", asked).unlink(missing_ok=True)
         self._discard_cases(asked)
 
     def _discard_cases(self, asked: RunRequest) -> None:
@@ -176,21 +174,17 @@ class Journal:
 
         return kept
 
-    def _record(self, asked: RunRequest) -> Path:
-        return self._named("record", asked, self.sources, self.machine).with_suffix(".json")
+    def _path(self, what: str, asked: RunRequest) -> Path:
+        return self.folder / JOURNAL / f"{what}-{asked.name}-{_sha256(self.maker, asked)[:16]}.json"
 
     def _cases(self, asked: RunRequest) -> Path:
-        return self._named("cases", asked, self.sources)
-
-    def _named(self, what: str, asked: RunRequest, *makers: str) -> Path:
-        return self.folder / JOURNAL / f"{what}-{asked.name}-{_sha256(makers, asked)[:16]}"
+        return self._path("cases", asked).with_suffix("")
 
 
 def journal(folder: Path) -> Journal:
     """Return the journal of a folder, for the sources and the machine that are here."""
-    here = asdict(provenance("", 0))
-    machine = {name: here.pop(name) for name in ("cpu", "cores", "platform")}
-    return Journal(Path(folder), _sha256(here | {"commit": None}, sources()), _sha256(machine))
+    here = asdict(provenance("", 0)) | {"commit": None, "platform": None}
+    return Journal(Path(folder), _sha256(here, sources()))
 
 
 @lru_cache(maxsize=1)

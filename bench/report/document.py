@@ -149,8 +149,6 @@ def run_command(record: Record) -> str:
 def _provenance_rows(record: Record) -> list[tuple[str, str]]:
     origin = record.provenance
     versions = ", ".join(f"{name} {version}" for name, version in sorted(origin.packages.items()))
-    processors = {origin.cpu, *(case["cpu"] for case in record.notes.get(CASES, ()))}
-    cpu = " and ".join(sorted(processors))
     rows = [
         ("record", record.name),
         ("SHA-256 of the record", record.sha256),
@@ -162,7 +160,7 @@ def _provenance_rows(record: Record) -> list[tuple[str, str]]:
         ("scene", origin.scene),
         ("seed", str(origin.seed)),
         ("renderer's variant", origin.variant or "none: nothing was rendered"),
-        ("machine", f"{cpu}, {origin.cores} cores, {origin.threads} thread used"),
+        ("machine", f"{origin.cpu}, {origin.cores} cores, {origin.threads} thread used"),
         ("system", f"{origin.platform}, Python {origin.python}"),
         ("packages", versions),
     ]

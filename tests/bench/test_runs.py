@@ -13,6 +13,7 @@ from bench.experiment import experiments
 from bench.records.probe import CASES
 from bench.records.records import read_record
 from bench.runs import (
+    Journal,
     RunRequest,
     dask_executor,
     journal,
@@ -78,7 +79,7 @@ def run(tiny, kept, executor=serial_executor, seed=0):
     return run_request(tiny, request(seed), kept, executor, lambda *_: None)
 
 
-def test_a_stopped_run_goes_on_where_it_stopped_on_another_machine_too(tiny, tmp_path):
+def test_a_stopped_run_goes_on_where_it_stopped(tiny, tmp_path):
     measured = []
 
     def stopping(function, cases):
@@ -97,14 +98,12 @@ def test_a_stopped_run_goes_on_where_it_stopped_on_another_machine_too(tiny, tmp
         again.extend(case.args for case, _ in cases)
         return serial_executor(function, cases)
 
-    elsewhere = replace(journal(tmp_path), machine="another")
-    _, record = run(tiny, elsewhere, rest)
+    _, record = run(tiny, journal(tmp_path), rest)
     assert again == [(80.0, 8)]
     whole = run_experiment(tiny, request())
     assert record.points == whole.points and record.claims == whole.claims
-    assert elsewhere.record_of(request()) == tmp_path / record.name
-    assert elsewhere.record_of(request(seed=1)) is None
-    assert journal(tmp_path).record_of(request()) is None, "finished on another machine"
+    assert journal(tmp_path).record_of(request()) == tmp_path / record.name
+    assert journal(tmp_path).record_of(request(seed=1)) is None
 
 
 SHAPES = [
@@ -145,7 +144,7 @@ def test_a_journal_that_names_another_record_is_not_believed(tiny, tmp_path):
     other, record = run(tiny, kept, seed=1)
     outside = one.rename(tmp_path / one.name)
     for name in (other.name, f"../{outside.name}", str(outside), "..", "", record.name + "x"):
-        runs._write(kept._record(request()), name)
+        runs._write(kept._path("record", request()), name)
         assert kept.record_of(request()) is None, name
     assert kept.record_of(request(seed=1)) == other
 
@@ -161,12 +160,20 @@ def test_while_one_measures_others_are_refused(tiny, tmp_path, capfd):
 def test_other_sources_or_another_machine_measure_again(tiny, tmp_path):
     path, _ = run(tiny, journal(tmp_path))
     assert journal(tmp_path).record_of(request()) == path
-    here = journal(tmp_path)
-    assert replace(here, sources="others").record_of(request()) is None
-    assert replace(here, machine="another").record_of(request()) is None
+    assert Journal(tmp_path, "another maker").record_of(request()) is None
     path.write_text(path.read_text().replace("person", "people"))
     assert journal(tmp_path).record_of(request()) is None, "the record is damaged"
     assert re.fullmatch("[0-9a-f]{64}", sources())
+
+
+@pytest.mark.parametrize(("differs", "kept"), [("platform", True), ("cpu", False)])
+def test_another_kernel_goes_on_and_another_processor_does_not(
+    tiny, tmp_path, monkeypatch, differs, kept
+):
+    path, _ = run(tiny, journal(tmp_path))
+    elsewhere = replace(runs.provenance("", 0), **{differs: "another"})
+    monkeypatch.setattr(runs, "provenance", lambda *_: elsewhere)
+    assert journal(tmp_path).record_of(request()) == (path if kept else None)
 
 
 def test_what_is_timed_is_measured_in_one_go(tiny, tmp_path):

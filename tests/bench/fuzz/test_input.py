@@ -263,8 +263,8 @@ def test_journals(data: st.DataObject) -> None:
         found = runs._case(path)
         note("taken" if found else "made again")
         merge_points(map(point_from_json, found["points"] if found else ()))
-        journal = Journal(Path(folder) / "in", "sources", "machine")
-        runs._write(journal._record(asked), data.draw(TEXTS.map(lambda text: f"../{text}")))
+        journal = Journal(Path(folder) / "in", "maker")
+        runs._write(journal._path("record", asked), data.draw(TEXTS.map(lambda text: f"../{text}")))
         assert journal.record_of(asked) is None
 
 
