@@ -342,7 +342,7 @@ class Surfaces:
             bsdf, number = si.bsdf(), dr.reinterpret_array(mi.UInt32, si.shape)
             back, null = mi.BSDFFlags.BackSide, mi.BSDFFlags.Null
             both, none = (mi.has_flag(bsdf.flags(), flag) for flag in (back, null))
-            albedo = bsdf.eval_diffuse_reflectance(si, active)
+            albedo = _share(bsdf.eval_diffuse_reflectance(si, active))
             emitted = si.shape.emitter().eval(si, active) if self._glow else None
             return Met(si, number, albedo, emitted, both | (si.wi.z > 0), none)
         valid = active & hit.is_valid()
@@ -363,6 +363,7 @@ class Surfaces:
         )
         asked = o, d, hit.t, own, hit.prim_uv, valid
         p, n, shading, albedo, emitted = dr.switch(target, self._targets, *asked)
+        albedo = _share(albedo)
         si = dr.zeros(mi.SurfaceInteraction3f, dr.width(valid))
         si.t, si.time = dr.select(valid, hit.t, dr.inf), ray.time
         si.p, si.n = _turned(p, cos, sin) + place, _turned(n, cos, sin)
@@ -370,6 +371,14 @@ class Surfaces:
         si.wi, si.prim_index, si.shape = si.to_local(-ray.d), prim, hit.shape
         both = dr.gather(mi.UInt32, self._has_back, target, valid) > 0
         return Met(si, number, albedo, emitted, both | (si.wi.z > 0), mi.Bool(False))
+
+
+def _share(albedo: Any) -> Any:
+    """Bound an albedo by 0 and 1: of triangles 10⁴ times as long as wide Mitsuba finds any, or NaN.
+
+    It solves for where in a triangle the hit is, and float32 has no digit of such areas.
+    """
+    return dr.select(albedo >= 0, dr.minimum(albedo, 1.0), 0.0)
 
 
 def _turned(vector: Any, cos: Any, sin: Any) -> Any:

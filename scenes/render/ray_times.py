@@ -69,7 +69,9 @@ def trace_times(built: BuiltScene, quality: Quality, way: str) -> tuple[float, n
         dr.eval(colour, guides)
         dr.sync_thread()
         seconds += time.process_time() - start
-        found.append(pixel_sums(mi.Color3f(colour), quality.spp) / quality.spp)
+        seen: Any = mi.Color3f(colour)
+        seen = dr.select(dr.all(dr.isfinite(seen)), seen, 0.0)  # others are black, as in frames
+        found.append(pixel_sums(seen, quality.spp) / quality.spp)
     return seconds, np.concatenate(found)
 
 

@@ -230,3 +230,15 @@ def test_other_light_compiles_nothing_anew(make, jit):
             make.rendered(jit, *scene, light=light)
             misses.append([not k["cache_hit"] for k in dr.kernel_history() if "cache_hit" in k])
     assert all(misses) and not any(any(each) for each in misses[1:])
+
+
+@pytest.mark.parametrize("width", [1e-3, 0.01])
+def test_a_triangle_far_longer_than_wide_has_an_albedo_and_light(make, jit, width):
+    """Mitsuba's own interpolation of colours has no digit left there, and is NaN in places."""
+    long = np.array([(-width, 1, 0), (width, 1, 0), (width, 2e4, 0), (-width, 2e4, 0)])
+    ends = np.array([[0.2] * 3, [0.2] * 3, [0.6] * 3, [0.6] * 3])
+    camera = make.camera((4, 64), heading=0.0, pitch=-25.0, fov=100 * width)
+    seen = make.rendered(jit, make.quad(long, ends), camera=camera, spp=64)
+    assert (seen.Z < 1e9).any()
+    assert np.isfinite(seen.albedo).all() and 0 <= seen.albedo.min() <= seen.albedo.max() <= 0.6
+    assert seen.statistics["replaced"] == 0
