@@ -396,7 +396,7 @@ EXPERIMENT = Experiment(
             apart=True,
         ),
         "tracing": Topic(
-            about="seconds of a frame's rays by our integrator, Mitsuba's, and intersections alone",
+            about="seconds of a frame's rays, no copies, by us, by Mitsuba, and by intersections",
             cases=lambda presets, sizes, fields, unseen: [
                 partial(measure_tracing, preset, size, field, unseen)
                 for preset in presets

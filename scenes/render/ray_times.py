@@ -9,6 +9,7 @@ edge, so that they can be kept.
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
+from itertools import islice
 from typing import Any
 
 import drjit as dr
@@ -44,13 +45,16 @@ class _Kept:
         return getattr(self.scene, name)(ray, **flags)
 
 
-def trace_times(built: BuiltScene, quality: Quality, way: str) -> tuple[float, np.ndarray]:
+def trace_times(
+    built: BuiltScene, quality: Quality, way: str, most_runs: int | None = None
+) -> tuple[float, np.ndarray]:
     """Trace a frame in a way ("ours", "mitsuba" or "floor"): seconds, and radiance (pixels, 3).
 
-    The floor's radiance is that of the rays that it keeps, whose time is not counted.
+    Of a picture it may trace the first runs of pixels alone. The floor's radiance is that of the
+    rays that it keeps, whose time is not counted.
     """
     seconds, found = 0.0, []
-    for sampler, ray in _runs(built, quality):
+    for sampler, ray in islice(_runs(built, quality), most_runs):
         dr.eval(ray)
         kept = _Kept(built.scene)
         if way == "floor":
