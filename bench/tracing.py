@@ -44,7 +44,7 @@ def measure_tracing(preset: str, size: str, field: int, unseen: bool, seed: int)
 
     seeds = {"ours": (0, 1), "mitsuba": (0, 1), "floor": (0,)}
     for way in seeds:
-        trace_times(frame.scene, replace(made.quality, seed=2), way, 1)  # compiles
+        trace_times(frame.scene, replace(made.quality, seed=2), way, most_runs=1)  # compiles
     found = {
         (way, number): trace_times(frame.scene, replace(made.quality, seed=number), way)
         for number in range(2)

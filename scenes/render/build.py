@@ -342,7 +342,7 @@ class Surfaces:
             bsdf, number = si.bsdf(), dr.reinterpret_array(mi.UInt32, si.shape)
             back, null = mi.BSDFFlags.BackSide, mi.BSDFFlags.Null
             both, none = (mi.has_flag(bsdf.flags(), flag) for flag in (back, null))
-            albedo = _share(bsdf.eval_diffuse_reflectance(si, active))
+            albedo = _bounded_albedo(bsdf.eval_diffuse_reflectance(si, active))
             emitted = si.shape.emitter().eval(si, active) if self._glow else None
             return Met(si, number, albedo, emitted, both | (si.wi.z > 0), none)
         valid = active & hit.is_valid()
@@ -363,7 +363,7 @@ class Surfaces:
         )
         asked = o, d, hit.t, own, hit.prim_uv, valid
         p, n, shading, albedo, emitted = dr.switch(target, self._targets, *asked)
-        albedo = _share(albedo)
+        albedo = _bounded_albedo(albedo)
         si = dr.zeros(mi.SurfaceInteraction3f, dr.width(valid))
         si.t, si.time = dr.select(valid, hit.t, dr.inf), ray.time
         si.p, si.n = _turned(p, cos, sin) + place, _turned(n, cos, sin)
@@ -373,10 +373,11 @@ class Surfaces:
         return Met(si, number, albedo, emitted, both | (si.wi.z > 0), mi.Bool(False))
 
 
-def _share(albedo: Any) -> Any:
-    """Bound an albedo by 0 and 1: of triangles 10⁴ times as long as wide Mitsuba finds any, or NaN.
+def _bounded_albedo(albedo: Any) -> Any:
+    """Clamp an albedo to 0 to 1, and NaN to 0.
 
-    It solves for where in a triangle the hit is, and float32 has no digit of such areas.
+    Mitsuba solves for a hit's barycentric coordinates in float32, which fails in triangles some
+    10⁴ times as long as wide, such as blades of grass that are just fading in.
     """
     return dr.select(albedo >= 0, dr.minimum(albedo, 1.0), 0.0)
 

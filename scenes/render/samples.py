@@ -372,7 +372,7 @@ def make_layers(
         rgb=np.maximum(samples.rgb, 0.0),
         Z=np.where(met, samples.hit[..., 0], SKY_Z),
         N=samples.hit[..., 1:4] * met[..., None],
-        albedo=np.nan_to_num(np.clip(samples.albedo, 0.0, 1.0)),
+        albedo=np.clip(samples.albedo, 0.0, 1.0),
         object=ids[..., 0],
         part=ids[..., 1],
         level=ids[..., 2],

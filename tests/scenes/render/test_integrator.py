@@ -232,9 +232,9 @@ def test_other_light_compiles_nothing_anew(make, jit):
     assert all(misses) and not any(any(each) for each in misses[1:])
 
 
-@pytest.mark.parametrize("width", [1e-3, 0.01])
-def test_a_triangle_far_longer_than_wide_has_an_albedo_and_light(make, jit, width):
+def test_a_triangle_far_longer_than_wide_has_an_albedo_and_light(make, jit):
     """Mitsuba's own interpolation of colours has no digit left there, and is NaN in places."""
+    width = 1e-3
     long = np.array([(-width, 1, 0), (width, 1, 0), (width, 2e4, 0), (-width, 2e4, 0)])
     ends = np.array([[0.2] * 3, [0.2] * 3, [0.6] * 3, [0.6] * 3])
     camera = make.camera((4, 64), heading=0.0, pitch=-25.0, fov=100 * width)
