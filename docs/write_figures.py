@@ -122,7 +122,7 @@ def judged() -> dict[str, tuple[list[Claim], str]]:
     found: dict[str, tuple[list[Claim], str]] = {}
     for run in runs:
         claims, commits = found.get(run["experiment"], ([], ""))
-        commits = ", ".join(filter(None, (commits, run["commit"][:7])))
+        commits = ", ".join(dict.fromkeys(filter(None, (*commits.split(", "), run["commit"][:7]))))
         found[run["experiment"]] = [*claims, *map(claim_from, run["claims"])], commits
     return found
 
