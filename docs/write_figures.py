@@ -122,7 +122,8 @@ def judged() -> dict[str, tuple[list[Claim], str]]:
     found: dict[str, tuple[list[Claim], str]] = {}
     for run in runs:
         claims, commits = found.get(run["experiment"], ([], ""))
-        commits = ", ".join(dict.fromkeys(filter(None, (*commits.split(", "), run["commit"][:7]))))
+        if (commit := run["commit"][:7]) not in commits:
+            commits = ", ".join(filter(None, (commits, commit)))
         found[run["experiment"]] = [*claims, *map(claim_from, run["claims"])], commits
     return found
 
