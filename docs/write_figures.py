@@ -36,10 +36,12 @@ SIX = (
     ("How do the parts of one figure drop off with distance?", "figure", "parts", "law"),
     ("What does a larger world cost?", "cost", "stages", "cost"),
     ("Is tone kept at every distance?", "images", "by-distance", "images"),
-    ("Are the presets as shipped close to the finest picture?", "images", "presets", "presets"),
+    ("Are the presets as shipped close to the finest picture?", "bar", "presets", "presets"),
     ("Is it better than other methods?", "methods", "methods", "methods"),
 )
 """Questions, the figure whose title answers each (experiment, name), and its page of results."""
+
+NOT_YET = "Not measured yet: the reference run has no record of this experiment."
 
 _IMAGE = re.compile(r"!\[([^]]*)\]\((plots/([a-z]+)-[0-9a-f]{8}-([\w.-]+)-(\d+|key)\.svg)\)")
 
@@ -82,6 +84,8 @@ def folder_of(page: Path) -> str:
 
 
 def _figure(folder: str, experiment: str, name: str, panels: str = "99") -> str:
+    if experiment not in judged():
+        return NOT_YET
     title, found, caption = _drawn(experiment, name)
     shown = [each for each in found if each[4] == "key" or int(each[4]) < int(panels)]
     images = {each[4]: f"![{each[0]}]({folder}/{each[1]})" for each in shown}
@@ -94,12 +98,18 @@ def _found(folder: str, old: str) -> str:
     lines = [
         (
             question,
-            was[question] if _is_other_today(experiment) else f"{_drawn(experiment, name)[0]}.",
+            _answer(experiment, name, was[question]),
             f"[{page}]({folder.removesuffix('reference')}{page}.md)",
         )
         for question, experiment, name, page in SIX
     ]
     return _markdown(("question", "what was found", "more"), lines)
+
+
+def _answer(experiment: str, name: str, was: str) -> str:
+    if _is_other_today(experiment):
+        return was
+    return f"{_drawn(experiment, name)[0]}." if experiment in judged() else NOT_YET
 
 
 def _drawn(experiment: str, name: str) -> tuple[str, list[tuple[str, ...]], str]:
@@ -138,7 +148,7 @@ def _table(experiment: str, *patterns: str) -> str:
         ]
         return _markdown(("claim", "measured (95 %)", "verdict", "measured by"), lines)
     if experiment not in judged():
-        return "Not measured yet: the reference run has no record of this experiment."
+        return NOT_YET
     claims, commits = judged()[experiment]
     for pattern in patterns:
         if not any(fnmatchcase(each.name, pattern) for each in claims):
