@@ -5,9 +5,9 @@ what stands on the ground for what is not displayed; ``bare`` has none of it. Wh
 says ``bench.methods.comparison``. All settings are timed, those next to equal error most often, all
 methods taking turns, frame by frame, in an order drawn again for each frame, since who follows a
 large scene finds other memory: each stage by the clock, and all of a frame by the processor.
-While one method is timed no scene of another exists: its shapes would be in the code that is
-compiled, and garbage would be looked for. Memory is the most that a fresh process holds that makes
-one frame.
+While one method is looked at no scene of another exists: its shapes, which may be 10⁵ copies, would
+be in the code that is compiled, and garbage would be looked for. Memory is the most that a fresh
+process holds that makes one frame.
 
 An unpruned world that is estimated to need more memory than there is has no picture, and so its
 window has no errors; the other methods are timed as they are.
@@ -170,8 +170,10 @@ def measure_window(case: Window, seed: int) -> list[Point]:
                 named = {"topic": "rivals", **where, "arm": name, "setting": setting}
                 too_large.append(Point(named, samples=(Column("foretold_bytes", [needed]),)))
     if "full" in tried:
-        tried["full"][0].frame(1, case.variant)
-        rendered = [tried["full"][0].picture(seed) for seed in range(2 * case.pairs)]
+        full = tried["full"][0]
+        full.frame(1, case.variant)
+        rendered = [full.picture(seed) for seed in range(2 * case.pairs)]
+        full.forget()
         reference, pictures = reference_of(rendered[0::2], rendered[1::2]), rendered[0::2]
         every = [each for row in tried.values() for each in row]
         for runner in every:

@@ -4,6 +4,7 @@ Programs of others: what they are given, and that an environment is complete or 
 """
 
 import os
+import weakref
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -33,11 +34,12 @@ from bench.methods.comparison import (
 from bench.methods.environments import CYCLES, VIDEO, answer_of
 from bench.methods.known_methods import culled_beyond, methods
 from bench.methods.method import Method, by_view
-from bench.methods.runner import STAGES, Window
+from bench.methods.runner import STAGES, Runner, Window
 from bench.methods.video import just_objectionable_differences
 from bench.records.records import Column, Point, where
 from lod.errors import InputError
 from scenes import plugins
+from scenes.render.render import build_frame
 from tests.bench.edited import record_of
 
 PLUGIN = Path(__file__).parents[2] / "plugin"
@@ -187,6 +189,30 @@ def test_an_arm_that_is_foretold_not_to_fit_is_entered_with_what_it_needs(monkey
     assert cost["full"] == cost["distance"] == "does not fit"
     assert cost["blake"].startswith("no reference; ")
     assert cost["blake"].endswith(f" at {few['blake'].settings[-1]:g}")
+
+
+def test_no_scene_of_another_method_exists_while_a_picture_is_made(monkeypatch):
+    """Its shapes would be in the code that is compiled: 10⁵ copies have taken all memory so."""
+    some = {name: methods()[name] for name in ("blake", "full")}
+    few = {name: replace(arm, settings=arm.settings[-1:]) for name, arm in some.items()}
+    monkeypatch.setattr("bench.experiments.methods.methods", lambda: few)
+    built, alive = [], []
+
+    def noted(*arguments):
+        made = build_frame(*arguments)
+        built.append(weakref.ref(made.scene))
+        return made
+
+    def picture(runner, seed):
+        alive.append(sum(each() is not None for each in built))
+        return made_picture(runner, seed)
+
+    made_picture = Runner.picture
+    monkeypatch.setattr("bench.methods.runner.build_frame", noted)
+    monkeypatch.setattr(Runner, "picture", picture)
+    window = Window("still crowd", 60.0, 0, Picture("32x18", 1), 1, 1, "scalar_rgb", weighed=0)
+    measure_window(window, 0)
+    assert len(built) >= 4 and max(alive) == 1
 
 
 def test_culling_is_estimated_to_need_no_more_than_everything():
