@@ -12,7 +12,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import pairwise
+from itertools import chain, pairwise
 
 import numpy as np
 from scipy.ndimage import gaussian_filter
@@ -145,12 +145,15 @@ def cases(
     light_passes: int,
     reference_bytes: int,
 ) -> list[Case]:
-    """Return every place of every preset under each of its suns."""
+    """Return every place of every preset under each of its suns.
+
+    All first places come first, so that a run that is stopped has seen some of every preset.
+    """
     looks = Looks(tuple(samples), light_passes)
+    every = (places(name, count, unseen, size) for name, count in presets.items())
     return [
         partial(measure, place, looks, choose(), reference_bytes)
-        for name, count in presets.items()
-        for place in places(name, count, unseen, size)
+        for place in sorted(chain(*every), key=lambda place: place.number)
     ]
 
 

@@ -33,12 +33,13 @@ GROUP = "lodbench.arms"
 def metric_method(name: str, bare: bool = False, **more: float | str) -> Method:
     """Return the method of one reading of the metric, with everything lodbench does beside it.
 
+    What is large is not drawn whole, as copies of a model: no other method that simplifies has any.
     ``more`` are other keys of the preset's table ``view``. What is ``bare`` has no cover of the
     ground for what is not displayed, and its leaf appearances have their own albedo.
     """
 
     def prepare(scene: Scene, setting: float) -> Updater:
-        keys = {"metric": name, "detail": setting, **more}
+        keys = {"metric": name, "detail": setting, "copies": 0.0, **more}
         view = scene.preset.view.model_copy(update=keys)
         if bare:
             plain = tuple(replace(each, illumination=None) for each in scene.world.fields)

@@ -52,7 +52,7 @@ class Window:
     def scene(self, seed: int, *more: str) -> Scene:
         """Make the scene of the window, unpruned; ``more`` are other settings."""
         name, settings = self.world or KINDS[self.kind]
-        own = first_seed(self.unseen, 6) + 20 * seed + self.field
+        own = first_seed(self.unseen, 9) + 20 * seed + self.field
         words = (*settings, *more, f"seed={own}")
         return Scene(window_preset(name, words, self.objects, self.picture, None))
 

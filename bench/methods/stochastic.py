@@ -1,14 +1,16 @@
-"""Stochastic simplification: a stable random subset of an object's sticks, each made larger.
+"""Stochastic simplification: a stable random subset of an object's elements, each made larger.
 
 After R. L. Cook, J. Halstead, M. Planck and D. Ryu, "Stochastic Simplification of Aggregate
-Detail", ACM Trans. Graph. 26(3), 2007. Of an object's n finest sticks, in an order that is drawn
-once for each prototype, the first λn are drawn. λ is chosen so that the mean area of what is drawn
-does not fall below τ² pixels: λ = min(1, Ā/(m·d)²), with Ā the mean area of a stick. Areas are
-multiplied so that the object keeps its own (their §3.2; as sticks are of all sizes, by the sum of
-the areas drawn and not by their number); the last ``FADE`` of the drawn sticks
-shrink to nothing, so that none pops (their §3.4); and colours are drawn to their mean by √λ, so
+Detail", ACM Trans. Graph. 26(3), 2007. The elements of an object are its finest sticks and its
+leaves. Of n of them, in an order that is drawn once for each prototype, the first λn are drawn.
+λ is chosen so that the mean area of what is drawn does not fall below τ² pixels:
+λ = min(1, Ā/(m·d)²), with Ā the mean area of an element. Areas are multiplied so that the object
+keeps its own (their §3.2; as elements are of all sizes, by the sum of the areas drawn and not by
+their number; a stick by its radii, a leaf about its middle); the last ``FADE`` of them shrink
+to nothing, so that none pops (their §3.4); and colours are drawn to their mean by √λ, so
 that the contrast of what a pixel averages is kept (their §3.3). Objects of which less than one
-stick would be drawn are a random subset, too: each is drawn while λn is above a number of its own.
+element would be drawn are a random subset, too: each is drawn while λn is above a number of its
+own.
 """
 
 from dataclasses import dataclass, replace
@@ -17,65 +19,77 @@ from typing import Any
 import numpy as np
 
 from bench.methods.method import DETAILS_PX, Method, Updater, frame_of
-from lod.arrays import ArrayData, FloatArray, IntArray, expand, frozen
+from lod.arrays import ArrayData, FloatArray, IntArray, Reals, expand, frozen
 from lod.pruner import BlendWeights, Cut
-from lod.shapes import Sticks
+from lod.shapes import MeshTable, Sticks, SticksAndTriangles, Triangles
 from lod.view import View, in_view
 from lod.viewing import perceptual_limits
 from scenes.field.cells import candidates
-from scenes.field.part_tables import DisplayedSticks, emit
+from scenes.field.part_tables import DisplayedSticks, emit, emit_meshes
 from scenes.field.prototypes import SpeciesPrototypes
 from scenes.field.species_field import SpeciesField
 from scenes.frame.frame_input import DisplayedRepresentation
 from scenes.rig.pose import Instances
 from scenes.scene import Scene
 
-FADE = 0.2  # the share of the drawn sticks that are shrinking
+FADE = 0.2  # the share of the drawn elements that are shrinking
 CONTRASTS = 4  # colours are drawn to their mean in so many equal steps
 
 
 @dataclass(frozen=True, eq=False)
 class Elements(ArrayData):
-    """The finest sticks of every prototype, each prototype's in its own random order.
+    """The finest sticks and leaves of every prototype, each prototype's in its own random order.
 
     sticks      of all prototypes, one after the other; ``owner`` is not used
+    leaf        (k,) row of the part whose mesh the element is, in place of a stick; −1: none
     first       (v + 1,) where each prototype's begin, and the end
-    area        (k,) mean outline area of each stick [m²]
+    area        (k,) mean outline area of each element [m²]
     mean_tint   (3,) mean albedo of all of them
     """
 
     sticks: DisplayedSticks
+    leaf: IntArray
     first: IntArray
     area: FloatArray
     mean_tint: FloatArray
 
     @property
     def counts(self) -> IntArray:
-        """Number of sticks of each prototype, (v,)."""
+        """Number of elements of each prototype, (v,)."""
         return np.diff(self.first)
 
     @property
     def total_area(self) -> FloatArray:
-        """Area of all sticks of each prototype, (v,) [m²]."""
+        """Area of all elements of each prototype, (v,) [m²]."""
         return np.add.reduceat(self.area, self.first[:-1])
 
 
 def elements_of(prototypes: SpeciesPrototypes) -> Elements:
-    """Collect the sticks that show where everything is displayed, in an order drawn at random."""
-    tables, found = prototypes.part_tables, []
+    """Collect what shows where everything is displayed, in an order drawn at random."""
+    tables, columns, leaves = prototypes.part_tables, [], []
+    meshes = tables.meshes
+    has_mesh = np.zeros(len(tables.part_count), bool) if meshes is None else meshes.count > 0
     ends = [*tables.root.tolist(), len(tables.part_count)]
     for number in range(len(tables.hierarchies)):
         rows = np.arange(ends[number], ends[number + 1])
         finest = tables.part_count[rows] == 0
         weights = BlendWeights((~finest).astype(np.float64), finest.astype(np.float64))
-        mine = tables.sticks_of(rows, weights)
-        order = np.random.Generator(np.random.Philox(number)).permutation(len(mine.stick))
-        found.append(DisplayedSticks(*(column[order] for column in mine)))
-    counts = [len(each.stick) for each in found]
-    columns = (np.concatenate(column) for column in zip(*found, strict=True))
-    joined = DisplayedSticks(*columns)._replace(owner=np.repeat(np.arange(len(counts)), counts))
-    mean_tint = np.asarray(tables.tints)[joined.tint].mean(axis=0)
-    return Elements(joined, np.cumsum([0, *counts]), _areas(prototypes, joined), mean_tint)
+        mine, own = tables.sticks_of(rows, weights), rows[finest & has_mesh[rows]]
+        blank = np.zeros(len(own), np.int64)
+        with_blanks = [np.append(each, blank.astype(each.dtype)) for each in mine]
+        leaf = np.append(np.full(len(mine.stick), -1), own)
+        order = np.random.Generator(np.random.Philox(number)).permutation(len(leaf))
+        columns.append([np.full(len(leaf), number), *(each[order] for each in with_blanks[1:])])
+        leaves.append(leaf[order])
+    first = np.cumsum([0, *map(len, leaves)])
+    sticks = DisplayedSticks(*map(np.concatenate, zip(*columns, strict=True)))
+    leaf = np.concatenate(leaves)
+    area, tint = _areas(prototypes, sticks), np.asarray(tables.tints)[sticks.tint]
+    if meshes is not None:
+        shown = leaf[leaf >= 0]
+        area[leaf >= 0] = meshes_outline_areas(meshes)[shown]
+        tint[leaf >= 0] = meshes.colours[meshes.first_vertex[shown]]
+    return Elements(sticks, leaf, first, area, tint.mean(axis=0))
 
 
 def _areas(prototypes: SpeciesPrototypes, sticks: DisplayedSticks) -> FloatArray:
@@ -94,6 +108,19 @@ def outline_areas(sticks: Sticks) -> FloatArray:
     length = np.linalg.norm(sticks.end - sticks.start, axis=1)
     caps = (sticks.start_radius**2 + sticks.end_radius**2) / 2
     return np.pi * (caps + (sticks.start_radius + sticks.end_radius) * length / 4)
+
+
+def triangle_areas(vertices: np.ndarray, faces: np.ndarray) -> FloatArray:
+    """Compute the areas of triangles, (f,) [m²]."""
+    a, b, c = (vertices[faces[:, k]].astype(np.float64) for k in range(3))
+    return np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
+
+
+def meshes_outline_areas(meshes: MeshTable) -> FloatArray:
+    """Compute the mean outline area of every part's mesh, seen from both sides, (n,) [m²]."""
+    part = np.repeat(np.arange(len(meshes.count)), np.diff(meshes.first_face))
+    areas = triangle_areas(meshes.vertices, meshes.faces)
+    return np.bincount(part, areas / 2, len(meshes.count))
 
 
 def drawn_shares(count: IntArray, share: FloatArray) -> tuple[IntArray, IntArray, FloatArray]:
@@ -133,7 +160,7 @@ def toward_mean(tints: np.ndarray, mean: np.ndarray) -> np.ndarray:
 
 
 def prepare(scene: Scene, setting: float) -> Updater:
-    """Order the sticks of every prototype once, and make an updater that draws some of them."""
+    """Order the elements of every prototype once, and make an updater that draws some of them."""
     elements = {field.name: elements_of(field.prototypes) for field in scene.world.fields}
 
     def shown(field: SpeciesField, view: View) -> DisplayedRepresentation:
@@ -161,16 +188,37 @@ def _shown(field: SpeciesField, mine: Elements, view: View, detail: float) -> An
     n, row = len(kind), mine.first[kind][owner] + number
     total = shown[kept] * mine.total_area[kind]
     larger = total / np.bincount(owner, left * mine.area[row], n)
-    area = mine.sticks.share[row] * left * larger[owner]
-    chosen = DisplayedSticks(owner, mine.sticks.stick[row], area, mine.sticks.tint[row])
-    tables = field.prototypes
-    posed = emit(tables.pose_tables, tables.part_tables, instances, np.arange(n), chosen)
+    area, step = left * larger[owner], np.rint(np.sqrt(share)[owner] * CONTRASTS).astype(np.int64)
     zeros = np.zeros(n, np.int64)
     cut = Cut(np.arange(n), zeros, zeros, zeros - 1, examined, len(row), _no_parts)
-    step = np.rint(np.sqrt(share)[owner] * CONTRASTS).astype(np.int64)
+    tables = field.prototypes.pose_tables, field.prototypes.part_tables
+    plain = mine.leaf[row] < 0
+    own = row[plain]
+    sticks = mine.sticks.stick[own], mine.sticks.share[own] * area[plain], mine.sticks.tint[own]
+    posed = emit(*tables, instances, np.arange(n), DisplayedSticks(owner[plain], *sticks))
     tints = toward_mean(np.asarray(posed.tints), mine.mean_tint)
-    muted = replace(posed, tint=posed.tint + step * len(posed.tints), tints=tints)
-    return DisplayedRepresentation(field.name, cut, muted)
+    muted = replace(posed, tint=posed.tint + step[plain] * len(posed.tints), tints=tints)
+    if plain.all():
+        return DisplayedRepresentation(field.name, cut, muted)
+    leaf, own = mine.leaf[row[~plain]], owner[~plain]
+    leaves = emit_meshes(*tables, instances, own, leaf, np.ones(len(leaf)))
+    leaves = _larger_and_muted(leaves, area[~plain], step[~plain] / CONTRASTS, mine.mean_tint)
+    shape = SticksAndTriangles(muted, replace(leaves, owner=own[leaves.owner]))
+    return DisplayedRepresentation(field.name, cut, shape)
+
+
+def _larger_and_muted(
+    leaves: Triangles, share: Reals, contrast: Reals, mean: np.ndarray
+) -> Triangles:
+    """Give each leaf such a share of its area, about its middle, and of its contrast, (n,) each."""
+    leaf = np.empty(len(leaves.vertices), np.int64)
+    leaf[leaves.faces] = leaves.owner[:, None]
+    count = np.bincount(leaf, minlength=len(share))[:, None]
+    sums = [np.bincount(leaf, column, len(share)) for column in leaves.vertices.T]
+    middle = (np.stack(sums, axis=1) / count)[leaf]
+    vertices = middle + np.sqrt(share)[leaf, None] * (leaves.vertices - middle)
+    colours = mean + contrast[leaf, None] * (leaves.colours - mean)
+    return replace(leaves, vertices=vertices, colours=colours.astype(np.float32))
 
 
 def _farthest_seen(field: SpeciesField, view: View) -> FloatArray:
@@ -187,9 +235,9 @@ def _farthest_seen(field: SpeciesField, view: View) -> FloatArray:
 
 STOCHASTIC = Method(
     "stochastic",
-    "a stable random subset of the finest sticks, made larger and muted",
+    "a stable random subset of the finest sticks and leaves, made larger and muted",
     "Cook et al. 2007",
-    "side of the mean drawn stick [px]",
+    "side of the mean drawn element [px]",
     DETAILS_PX,
     prepare,
 )

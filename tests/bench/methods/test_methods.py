@@ -27,6 +27,7 @@ from bench.methods.stochastic import (
     elements_of,
     kept_objects,
     outline_areas,
+    triangle_areas,
 )
 from lod.errors import InputError
 from lod.pruner import prune
@@ -46,6 +47,22 @@ def crowd():
     scene = Scene(window_preset("crowd", FEW, 60.0, TINY, None))
     ground = replace(scene.world.terrain, aggregate_cover=None)  # which takes minutes to measure
     return scene.with_world(replace(scene.world, terrain=ground))
+
+
+@pytest.fixture(scope="module")
+def trees():
+    few = "species.figure.density=0", "species.tree.prototypes=2", GRASSLESS
+    scene = Scene(window_preset("meadow", few, 12.0, TINY, None))
+    ground = replace(scene.world.terrain, aggregate_cover=None)
+    return scene.with_world(replace(scene.world, terrain=ground))
+
+
+def standing(made):
+    return next(each for each in made.displayed if each.name == "tree")
+
+
+def trees_of(made):
+    return standing(made).shape
 
 
 def frame(crowd, name, setting, number=1):
@@ -202,15 +219,41 @@ def test_near_sticks_are_all_drawn_as_they_are(crowd):
     assert all(tuple(np.round(row, 6)) in ends for row in drawn.start[::97])
 
 
-def test_fewer_sticks_of_about_the_same_area_from_afar(crowd):
+def test_near_trees_have_all_their_leaves_as_they_are(trees):
+    whole, some = (trees_of(frame(trees, *of)) for of in (("full", 0.0), ("stochastic", 1e-6)))
+    for one, other in ((whole.sticks, some.sticks), (whole.triangles, some.triangles)):
+        assert len(one) == len(other) > 1000
+    corners, drawn = (
+        np.concatenate((each.triangles.vertices, each.triangles.colours), axis=1)
+        for each in (whole, some)
+    )
+    order = [each[np.lexsort(np.round(each, 3).T)] for each in (corners, drawn)]
+    assert order[1] == pytest.approx(order[0], abs=2e-3)
+
+
+def test_fewer_elements_of_about_the_same_area_from_afar(crowd, trees):
     """Their §3.2: what is drawn is made larger, so that everybody covers as much as before."""
-    near, far = (people(frame(crowd, "stochastic", setting)) for setting in (1e-6, 0.5))
-    assert len(far.shape) < 0.5 * len(near.shape)
-    covered = [
-        np.bincount(each.shape.owner, outline_areas(each.shape), len(each.cut))
-        for each in (near, far)
-    ]
-    assert covered[1] == pytest.approx(covered[0], rel=0.02)
+    for scene, of, setting in ((crowd, people, 0.5), (trees, standing, 0.5)):
+        near, far = (of(frame(scene, "stochastic", each)) for each in (1e-6, setting))
+        assert len(far.shape) < 0.5 * len(near.shape)
+        assert covered(far) == pytest.approx(covered(near), rel=0.02)
+
+
+def covered(made):
+    """The mean outline area of every object, that of a leaf as a sheet's."""
+    sticks, n = getattr(made.shape, "sticks", made.shape), len(made.cut)
+    found = np.bincount(sticks.owner, outline_areas(sticks), n)
+    if leaves := getattr(made.shape, "triangles", None):
+        areas = triangle_areas(leaves.vertices, leaves.faces)
+        found += np.bincount(leaves.owner, areas / 2, n)
+    return found
+
+
+def test_nothing_is_drawn_whole_where_others_simplify():
+    scene = Scene(window_preset("forest", (GRASSLESS, "view.copies=4"), 60.0, TINY, None))
+    for name in ("blake", "bare"):
+        shown = METHODS[name].prepare(scene, 4.0)(1, "llvm_ad_rgb").displayed
+        assert all(each.copies is None for each in shown), name
 
 
 # The door
