@@ -124,11 +124,18 @@ def _scenes(points: Sequence[Point]) -> Iterable[list[Point]]:
     return found.values()
 
 
+def _drawn(point: Point) -> dict[int, int]:
+    """Count sticks, with the triangles of methods: those of leaves, whose appearance are sticks."""
+    leaves = _by_replicate(point, "triangles") if "arm" in point.case else {}
+    found = _by_replicate(point, "sticks").items()
+    return {place: n + leaves.get(place, 0) for place, n in found}
+
+
 def _of_scene(row: Sequence[Point]) -> Iterator[str]:
     """Yield what is wrong among points of one scene: their reference, suns, and sticks."""
     seen: dict[tuple[str, int], int] = {}
     whole = [p for p in row if "nothing" in p.case.values() or p.case.get("arm") == "full"]
-    most = _by_replicate(whole[0], "sticks") if whole else {}
+    most = _drawn(whole[0]) if whole and not _by_replicate(whole[0], "copies") else {}
     suns = _by_replicate(row[0], "sun_deg").values()
     for point in row:
         for each in point.samples:
@@ -140,8 +147,7 @@ def _of_scene(row: Sequence[Point]) -> Iterator[str]:
         held = [*_by_replicate(point, "sun_deg").values()]
         if len({held.count(sun) for sun in suns}) > 1:
             yield f"{_said(point)}: some suns are missing, or there more often than others"
-        mine = _by_replicate(point, "sticks")
-        if any(n > most.get(place, math.inf) for place, n in mine.items()):
+        if any(n > most.get(place, math.inf) for place, n in _drawn(point).items()):
             yield f"{_said(point)}: more sticks than its reference has"
 
 
