@@ -21,7 +21,7 @@ import numpy as np
 from bench.methods.method import DETAILS_PX, Method, Updater, frame_of
 from lod.arrays import ArrayData, FloatArray, IntArray, Reals, expand, frozen
 from lod.pruner import BlendWeights, Cut
-from lod.shapes import MeshTable, Sticks, SticksAndTriangles, Triangles
+from lod.shapes import Sticks, SticksAndTriangles, Triangles, middles, triangle_areas
 from lod.view import View, in_view
 from lod.viewing import perceptual_limits
 from scenes.field.cells import candidates
@@ -87,7 +87,8 @@ def elements_of(prototypes: SpeciesPrototypes) -> Elements:
     area, tint = _areas(prototypes, sticks), np.asarray(tables.tints)[sticks.tint]
     if meshes is not None:
         shown = leaf[leaf >= 0]
-        area[leaf >= 0] = meshes_outline_areas(meshes)[shown]
+        sheets = triangle_areas(meshes.vertices, meshes.faces) / 2  # seen from either side
+        area[leaf >= 0] = np.bincount(meshes.owner, sheets, len(meshes.count))[shown]
         tint[leaf >= 0] = meshes.colours[meshes.first_vertex[shown]]
     return Elements(sticks, leaf, first, area, tint.mean(axis=0))
 
@@ -108,19 +109,6 @@ def outline_areas(sticks: Sticks) -> FloatArray:
     length = np.linalg.norm(sticks.end - sticks.start, axis=1)
     caps = (sticks.start_radius**2 + sticks.end_radius**2) / 2
     return np.pi * (caps + (sticks.start_radius + sticks.end_radius) * length / 4)
-
-
-def triangle_areas(vertices: np.ndarray, faces: np.ndarray) -> FloatArray:
-    """Compute the areas of triangles, (f,) [m²]."""
-    a, b, c = (vertices[faces[:, k]].astype(np.float64) for k in range(3))
-    return np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
-
-
-def meshes_outline_areas(meshes: MeshTable) -> FloatArray:
-    """Compute the mean outline area of every part's mesh, seen from both sides, (n,) [m²]."""
-    part = np.repeat(np.arange(len(meshes.count)), np.diff(meshes.first_face))
-    areas = triangle_areas(meshes.vertices, meshes.faces)
-    return np.bincount(part, areas / 2, len(meshes.count))
 
 
 def drawn_shares(count: IntArray, share: FloatArray) -> tuple[IntArray, IntArray, FloatArray]:
@@ -198,26 +186,30 @@ def _shown(field: SpeciesField, mine: Elements, view: View, detail: float) -> An
     posed = emit(*tables, instances, np.arange(n), DisplayedSticks(owner[plain], *sticks))
     tints = toward_mean(np.asarray(posed.tints), mine.mean_tint)
     muted = replace(posed, tint=posed.tint + step[plain] * len(posed.tints), tints=tints)
-    if plain.all():
+    meshes = field.prototypes.part_tables.meshes
+    if meshes is None:
         return DisplayedRepresentation(field.name, cut, muted)
     leaf, own = mine.leaf[row[~plain]], owner[~plain]
     leaves = emit_meshes(*tables, instances, own, leaf, np.ones(len(leaf)))
-    leaves = _larger_and_muted(leaves, area[~plain], step[~plain] / CONTRASTS, mine.mean_tint)
+    corners = np.diff(meshes.first_vertex)[leaf]
+    leaves = _larger_and_muted(
+        leaves, corners, area[~plain], step[~plain] / CONTRASTS, mine.mean_tint
+    )
     shape = SticksAndTriangles(muted, replace(leaves, owner=own[leaves.owner]))
     return DisplayedRepresentation(field.name, cut, shape)
 
 
 def _larger_and_muted(
-    leaves: Triangles, share: Reals, contrast: Reals, mean: np.ndarray
+    leaves: Triangles, corners: np.ndarray, share: Reals, contrast: Reals, mean: np.ndarray
 ) -> Triangles:
-    """Give each leaf such a share of its area, about its middle, and of its contrast, (n,) each."""
-    leaf = np.empty(len(leaves.vertices), np.int64)
-    leaf[leaves.faces] = leaves.owner[:, None]
-    count = np.bincount(leaf, minlength=len(share))[:, None]
-    sums = [np.bincount(leaf, column, len(share)) for column in leaves.vertices.T]
-    middle = (np.stack(sums, axis=1) / count)[leaf]
-    vertices = middle + np.sqrt(share)[leaf, None] * (leaves.vertices - middle)
-    colours = mean + contrast[leaf, None] * (leaves.colours - mean)
+    """Give each leaf, of so many corners, such a share of its area and of its contrast, (n,) each.
+
+    Areas change about the leaf's middle, and colours toward their mean (3,).
+    """
+    middle = middles(np.append(0, np.cumsum(corners)), leaves.vertices)
+    grown = np.repeat(np.sqrt(share), corners)[:, None]
+    vertices = middle + grown * (leaves.vertices - middle)
+    colours = mean + np.repeat(contrast, corners)[:, None] * (leaves.colours - mean)
     return replace(leaves, vertices=vertices, colours=colours.astype(np.float32))
 
 

@@ -125,7 +125,7 @@ def _scenes(points: Sequence[Point]) -> Iterable[list[Point]]:
 
 
 def _drawn(point: Point) -> dict[int, int]:
-    """Count sticks, with the triangles of methods: those of leaves, whose appearance are sticks."""
+    """Count sticks; of methods the triangles of leaves, too, which seen from afar are sticks."""
     leaves = _by_replicate(point, "triangles") if "arm" in point.case else {}
     found = _by_replicate(point, "sticks").items()
     return {place: n + leaves.get(place, 0) for place, n in found}

@@ -27,10 +27,10 @@ from bench.methods.stochastic import (
     elements_of,
     kept_objects,
     outline_areas,
-    triangle_areas,
 )
 from lod.errors import InputError
 from lod.pruner import prune
+from lod.shapes import triangle_areas
 from lod.view import distance, in_view
 from scenes import plugins
 from scenes.scene import Scene
