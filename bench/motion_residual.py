@@ -100,7 +100,9 @@ def frames_of(scene: Scene, frames: Sequence[int]) -> Iterator[Frame]:
             cut = prune(each, view)
             if isinstance(each, SpeciesField):  # the ground's vertices move; its tiles do not pop
                 weights = blend_weights(cut, view)
-                seen[each.name] = seen_of(cut, np.maximum(weights.inner, weights.leaf))
+                size = np.maximum(weights.inner, weights.leaf)
+                kept = cut.parts.kept  # whole, each blade of those that are left shows 1 ÷ this
+                seen[each.name] = seen_of(cut, size if kept is None else size * kept)
             shown.append(scene.scheduled(number, display(each, cut, view)))
         yield Frame(view, tuple(shown), seen)
 

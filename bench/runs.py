@@ -1,9 +1,10 @@
 """Run experiments: cases here or on a cluster, each kept in a journal, and one record at the end.
 
 In DIR/.journal lies one small file for each measured case and each finished record, named for all
-that made it: sources, packages, kind of machine, experiment, seed and the case itself. Nothing that
-was made by other sources or another kind of machine can be taken for it, and the same command goes
-on where it was stopped. The kind is the processor's name and its cores, as ``compare`` has it.
+that made it: sources, packages, experiment, seed and the case itself. Nothing that was made by
+other sources can be taken for it, and the same command goes on where it was stopped, on any kind of
+machine, as every case notes its own; a finished record is made again on another kind. The kind is
+the processor's name and its cores, as ``compare`` has it.
 """
 
 import contextlib
@@ -122,14 +123,20 @@ def measured_case(case: Case, seed: int) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class Journal:
-    """What is done in a folder; ``maker`` is a digest of the sources and the kind of machine."""
+    """What is done in a folder.
+
+    maker    digest of the sources and the packages that measure
+    machine  digest of the kind of machine, which a record is of; cases of one record may be of
+             several, for each of them names its own
+    """
 
     folder: Path
     maker: str
+    machine: str = ""
 
     def record_of(self, asked: RunRequest) -> Path | None:
         """Return the path of the finished record; None without one that still verifies."""
-        found = _read(self._path("record", asked))
+        found = _read(self._record(asked))
         path = self.folder / Path(str(found)).name
         try:
             record = read_record(path) if found else None
@@ -140,12 +147,12 @@ class Journal:
 
     def finished(self, asked: RunRequest, record: Path) -> None:
         """Note that a record is finished; its cases need not be kept any longer."""
-        _write(self._path("record", asked), record.name)
+        _write(self._record(asked), record.name)
         self._discard_cases(asked)
 
     def discard(self, asked: RunRequest) -> None:
         """Forget what was asked for and its cases; records stay."""
-        self._path("record", asked).unlink(missing_ok=True)
+        self._record(asked).unlink(missing_ok=True)
         self._discard_cases(asked)
 
     def _discard_cases(self, asked: RunRequest) -> None:
@@ -174,17 +181,22 @@ class Journal:
 
         return kept
 
-    def _path(self, what: str, asked: RunRequest) -> Path:
-        return self.folder / JOURNAL / f"{what}-{asked.name}-{_sha256(self.maker, asked)[:16]}.json"
+    def _record(self, asked: RunRequest) -> Path:
+        return self._path("record", asked, self.machine).with_suffix(".json")
 
     def _cases(self, asked: RunRequest) -> Path:
-        return self._path("cases", asked).with_suffix("")
+        return self._path("cases", asked)
+
+    def _path(self, what: str, asked: RunRequest, *of: str) -> Path:
+        digest = _sha256(self.maker, asked, *of)[:16]
+        return self.folder / JOURNAL / f"{what}-{asked.name}-{digest}"
 
 
 def journal(folder: Path) -> Journal:
     """Return the journal of a folder, for the sources and the machine that are here."""
     here = asdict(provenance("", 0)) | {"commit": None, "platform": None}
-    return Journal(Path(folder), _sha256(here, sources()))
+    machine = _sha256(here.pop("cpu"), here.pop("cores"))
+    return Journal(Path(folder), _sha256(here, sources()), machine)
 
 
 @lru_cache(maxsize=1)

@@ -132,8 +132,9 @@ def judged() -> dict[str, tuple[list[Claim], str]]:
     found: dict[str, tuple[list[Claim], str]] = {}
     for run in runs:
         claims, commits = found.get(run["experiment"], ([], ""))
-        if (commit := run["commit"][:7]) not in commits:
-            commits = ", ".join(filter(None, (commits, commit)))
+        for commit in run["case_commits"] or [run["commit"]]:
+            if commit[:7] not in commits:
+                commits = ", ".join(filter(None, (commits, commit[:7])))
         found[run["experiment"]] = [*claims, *map(claim_from, run["claims"])], commits
     return found
 

@@ -4,6 +4,7 @@ Two templates beside this file walk the sections: ``page.html``, and ``report.md
 """
 
 import shlex
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -161,11 +162,20 @@ def _provenance_rows(record: Record) -> list[tuple[str, str]]:
         ("seed", str(origin.seed)),
         ("renderer's variant", origin.variant or "none: nothing was rendered"),
         ("machine", f"{origin.cpu}, {origin.cores} cores, {origin.threads} thread used"),
+        *_cases_row(record),
         ("system", f"{origin.platform}, Python {origin.python}"),
         ("packages", versions),
     ]
     notes = ((key, value) for key, value in record.notes.items() if key not in _UNSAID)
     return rows + [(key.replace("_", " "), _note_text(value)) for key, value in notes]
+
+
+def _cases_row(record: Record) -> list[tuple[str, str]]:
+    """Say how many cases are of which commit and machine, where they are of several."""
+    made = [(c["commit"], c["cpu"], c["cores"]) for c in record.notes.get(CASES, ())]
+    of = Counter(made).items()
+    told = (f"{n} of {str(at)[:7]} on {cpu}, {cores} cores" for (at, cpu, cores), n in of)
+    return [("cases", "; ".join(told))] if len(of) > 1 else []
 
 
 _UNSAID = (NOTE, PROBE, CASES, PRESET_TEXT)  # notes that are no text

@@ -20,7 +20,7 @@ import numpy as np
 from bench.experiment import Progress, experiments, silent
 from bench.plots import alone
 from bench.records.claims import plain_number
-from bench.records.probe import NOTE, SOURCES, has_changed, take_probe
+from bench.records.probe import CASES, NOTE, SOURCES, has_changed, take_probe
 from bench.records.records import Record, pictures_of, read_record, record_paths
 from bench.report.document import Section
 from bench.report.first_screen import TITLE
@@ -120,6 +120,7 @@ def _beside(sections: list[Section]) -> dict[str, str | bytes]:
             "quick": each.record.quick,
             "record_sha256": each.record.sha256,
             "commit": each.record.provenance.commit,
+            "case_commits": [*dict.fromkeys(c["commit"] for c in each.record.notes.get(CASES, ()))],
             "claims": [claim.as_json() for claim in each.claims],
         }
         for each in sections

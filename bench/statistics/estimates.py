@@ -209,20 +209,6 @@ def two_sided_mean(values: Reals) -> Estimate:
     return student_interval(float(values.mean()), error, n - 1, n)
 
 
-def in_series(found: Estimate, values: Reals) -> Estimate:
-    """Widen the interval of an estimate whose n values, (n,), follow one another, as in a walk.
-
-    With a lag-1 autocorrelation ρ above 0 they tell as much as n(1 − ρ)/(1 + ρ) independent ones
-    (Bayley and Hammersley 1946); ρ is estimated too low by (1 + 3ρ)/n (Kendall 1954).
-    """
-    apart, of = values - values.mean(), len(values)
-    rho = float(apart[1:] @ apart[:-1]) / max(float(apart @ apart), 1e-300)
-    rho = max(rho + (1 + 3 * rho) / of, 0.0)
-    n = max(of * (1 - rho) / (1 + rho), 2.0)
-    error = found.standard_error * math.sqrt(of / n)
-    return student_interval(found.value, error, n - 1, round(n), found.scale)
-
-
 def one_sided_mean(values: Reals) -> Estimate:
     """Estimate the mean of n ≥ 2 values, (n,), with one-sided 95 % bounds (Student's t).
 

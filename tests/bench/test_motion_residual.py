@@ -13,6 +13,7 @@ from bench.motion_residual import (
     frames_of,
     measure_walk,
     popped,
+    rows_missing,
     silhouettes,
 )
 from lod.camera import Corner, camera_from_heading
@@ -129,6 +130,17 @@ def test_hands_of_people_swing_out_of_the_picture_in_the_wood():
     preset = load_preset("forest", (*words, *bare))
     frames = [*frames_of(Scene(preset), (11, 12))]
     assert popped(*frames) == 0
+
+
+@pytest.mark.parametrize("fade", [0.2, 0.0])
+def test_a_tuft_whose_blades_thin_out_shows_nothing_as_a_whole(fade):
+    """New tufts come at each step of a walk, and pop with their blades alone."""
+    bare = "species.figure.density=0", "species.tree.density=0", "camera.speed=1.4"
+    looks = "render.size=160x90", f"view.fade={fade}", "view.detail=2"
+    frames = [*frames_of(Scene(load_preset("meadow", (*bare, *looks))), (1, 2))]
+    new = rows_missing(frames[1].seen["sward"].key, frames[0].seen["sward"].key)
+    assert len(new) > 10
+    assert (popped(*frames) == 0) == (fade > 0)
 
 
 @pytest.mark.slow

@@ -11,7 +11,9 @@ import pytest
 from bench import runs
 from bench.experiment import experiments
 from bench.records.probe import CASES
+from bench.records.provenance import machine
 from bench.records.records import read_record
+from bench.report.document import Section
 from bench.runs import (
     Journal,
     RunRequest,
@@ -174,6 +176,21 @@ def test_another_kernel_goes_on_and_another_processor_does_not(
     elsewhere = replace(runs.provenance("", 0), **{differs: "another"})
     monkeypatch.setattr(runs, "provenance", lambda *_: elsewhere)
     assert journal(tmp_path).record_of(request()) == (path if kept else None)
+
+
+def test_cases_are_kept_on_another_processor(tiny, tmp_path, monkeypatch):
+    """A run that was stopped goes on there, and its record says what was measured where."""
+    topic, asked = tiny.topics["tiny"], request()
+    whole = list(topic.cases(**topic.sizes("quick" if asked.quick else "full")))
+    first = journal(tmp_path).memoised(asked, serial_executor)
+    next(first(runs.measured_case, [(whole[0], asked.seed)]))
+    elsewhere = replace(runs.provenance("", 0), cpu="another")
+    monkeypatch.setattr(runs, "provenance", lambda *_: elsewhere)
+    monkeypatch.setattr(runs, "machine", lambda: machine() | {"cpu": "another"})
+    _, record = run(tiny, journal(tmp_path))
+    assert [each["cpu"] == "another" for each in record.notes[CASES]] == [False, True, True]
+    (told,) = (words for name, words in Section(record, "", (), ()).origin if name == "cases")
+    assert "1 of " in told and "2 of " in told and " on another, " in told
 
 
 def test_what_is_timed_is_measured_in_one_go(tiny, tmp_path):

@@ -15,7 +15,7 @@ from bench.experiments.popping import (
     SHIPPED_WAYS,
     WALK_WAYS,
     in_one_only,
-    measure_steps,
+    measure_pairs,
 )
 from bench.motion_residual import frames_of, popped
 from bench.records.records import Column, Point, columns, predictions
@@ -51,20 +51,22 @@ def switches_and_walks(switches=100.0, popped=0, worst=1.0):
     return tuple(points)
 
 
-def moving(topic, way, change, popped=0, first=2, **of):
-    """Eight pairs of frames that change by about a share of white."""
+def moving(way, change, popped=0):
+    """Two pairs of frames in each of four worlds, which change by about a share of white."""
     around = np.rint(1e6 * change * (1 + 0.05 * np.array([-1, 1] * 4))).astype(int).tolist()
-    samples = {"frame": [*range(first, first + 8)], "popped": [popped] * 8}
-    samples["changed_ppm"] = around
-    return Point({"topic": topic, **of, "way": way}, samples=columns(samples))
+    worlds = np.repeat(range(7, 11), 2).tolist()
+    samples = {"frame": [1, 13] * 4, "world_seed": worlds, "popped": [popped] * 8}
+    samples["changed_ppm"] = sorted(around)
+    case = {"topic": "popping_shipped", "preset": "forest", "way": way}
+    return Point(case, samples=columns(samples))
 
 
-def shipped(change, popped=0, first=2):
-    return moving("popping_shipped", SHIPPED, change, popped, first, preset="forest")
+def shipped(change, popped=0):
+    return moving(SHIPPED, change, popped)
 
 
-def clipped(first=2):
-    return moving("popping_shipped", CLIPPED, 0.2, 9, first, preset="forest")
+def clipped():
+    return moving(CLIPPED, 0.2, 9)
 
 
 def verdicts(*points):
@@ -142,9 +144,9 @@ def test_clipped_walks_are_measured():
     wood = "world.extent=60.0", "terrain.reach=300.0", "view.haze_aware=false"
     wood = *wood, "species.sward.density=0"
     looks = *wood, "render.size=64x36", "render.spp=4", "view.detail=2.4"
-    found = [measure_steps("forest", way, looks, 36, 1, choose(), 0) for way in SHIPPED_WAYS]
-    assert [p.column("frame") for p in found] == [[37]] * 2
-    (shipped,), (clipped,) = (p.column("popped") for p in found)
-    assert shipped == 0 and clipped > 2
-    (shipped,), (clipped,) = (p.column("changed_ppm") for p in found)
+    found = [measure_pairs("forest", way, looks, 4, choose(), 4, 0) for way in SHIPPED_WAYS]
+    assert [p.column("frame") for p in found] == [[1, 13, 25, 37]] * 3
+    shipped, clipped, _ = (p.values("popped") for p in found)
+    assert shipped.sum() == 0 and clipped.sum() > 2
+    shipped, clipped, _ = (p.values("changed_ppm").mean() for p in found)
     assert 0 < shipped < clipped

@@ -13,11 +13,9 @@ from bench.statistics.estimates import (
     StoppingRule,
     fields_needed,
     holm,
-    in_series,
     one_sided_mean,
     sample,
     standard_error,
-    two_sided_mean,
     two_sided_ratio,
     two_sided_ratio_of_means,
     two_sided_slope,
@@ -218,27 +216,3 @@ def test_holm_rejects_any_true_hypothesis_in_one_family_of_twenty():
         true = stats.norm.sf(0.6 * shared + 0.8 * rng.normal(size=10))
         wrong += any(holm([*true, *[1e-9] * 10], 0.05)[:10])
     assert wrong / 2000 < 0.05 + 3 * math.sqrt(0.05 * 0.95 / 2000)
-
-
-def test_the_mean_of_a_series_is_covered_at_its_rate():
-    """Walks of 48 frames with a lag-1 autocorrelation of 0.4: frames alone claim far too much."""
-    rng = np.random.Generator(np.random.Philox(12))
-    covered = {"frames": 0, "series": 0}
-    for _ in range(2000):
-        walk = np.zeros(148)
-        steps = rng.normal(size=148)
-        for k in range(1, 148):
-            walk[k] = 0.4 * walk[k - 1] + steps[k]
-        alone = two_sided_mean(walk[100:])
-        covered["frames"] += alone.low <= 0 <= alone.high
-        found = in_series(alone, walk[100:])
-        covered["series"] += found.low <= 0 <= found.high
-        assert found.value == alone.value and found.rows <= 48
-    assert covered["frames"] < 1750 and 1850 < covered["series"] <= 2000
-
-
-@given(st.lists(st.floats(-5, 5), min_size=3, max_size=40))
-def test_a_series_never_tells_more_than_its_values(values):
-    alone = two_sided_mean(np.array(values))
-    found = in_series(alone, np.array(values))
-    assert found.high - found.low >= (alone.high - alone.low) * (1 - 1e-9)
