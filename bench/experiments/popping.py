@@ -288,10 +288,11 @@ def _switch_plots(record: Record) -> Iterator[Plot]:
 def _shipped_plots(record: Record) -> Iterator[Plot]:
     presets = [name for (name,) in grouped(record.points, "preset")]
     ways = {way: points for (way,), points in grouped(record.points, "way").items()}
-    at, drawn, words = [float(k) for k in range(len(presets))], [], []
-    for way, points in ways.items():
+    drawn, words = [], []
+    for number, (way, points) in enumerate(ways.items()):
+        at = [k + 0.2 * (number - 1) for k in range(len(presets))]  # beside each other
         found = [two_sided_mean(by_walk(each, "changed_ppm") / 1e6) for each in points]
-        drawn.append(estimated(way, at, found, least=1e-5))
+        drawn.append(estimated(way, at, found, least=1e-4))
         words.append(f"{way} {', '.join(f'{each.value:.4f}' for each in found)}")
     title = "What changes from frame to frame in walks through presets"
     caption = (
