@@ -6,7 +6,8 @@ a pattern is one of names of claims as of files (``parts_over*/blake/*``), and e
 ``report.md``, of which so many panels are shown, or all; it ends with ``<!-- end of figure -->``.
 ``<!-- value: EXPERIMENT PATTERN -->`` begins a number within a sentence, the measured value of the
 one claim of that name with its interval, and ``<!-- end of value -->`` ends it. Between
-``<!-- found -->`` and ``<!-- end of found -->`` stand the titles of SIX figures.
+``<!-- found -->`` and ``<!-- end of found -->`` stand the titles of SIX figures, and between
+``<!-- records -->`` and ``<!-- end of records -->`` what measured every record.
 `make docs` fills all pages, and a test compares. Figures of a record whose experiment
 asks something else today cannot be drawn again: those blocks and rows stay as they were.
 """
@@ -21,6 +22,8 @@ from functools import cache
 from pathlib import Path
 
 from bench.records.claims import Claim, claim_from
+from bench.records.probe import CASES
+from bench.records.records import read_records
 from bench.report.document import MARKS
 from bench.report.write import OTHER_VERSION
 
@@ -31,6 +34,7 @@ _BLOCK = re.compile(r"(<!-- claims: ([^>]+) -->\n).*?(<!-- end of claims -->)", 
 _FIGURE = re.compile(r"(<!-- figure: ([^>]+) -->\n).*?(<!-- end of figure -->)", re.S)
 _VALUE = re.compile(r"(<!-- value: (\S+) (\S+) -->).*?(<!-- end of value -->)", re.S)
 _FOUND = re.compile(r"(<!-- found -->\n).*?(<!-- end of found -->)", re.S)
+_RECORDS = re.compile(r"(<!-- records -->\n).*?(<!-- end of records -->)", re.S)
 SIX = (
     ("Do counts follow the law?", "law", "counts", "law"),
     ("How do the parts of one figure drop off with distance?", "figure", "parts", "law"),
@@ -62,6 +66,7 @@ def filled(text: str, folder: str = "reference") -> str:
     text = _BLOCK.sub(lambda found: f"{found[1]}\n{_table(*found[2].split())}\n\n{found[3]}", text)
     text = _VALUE.sub(lambda old: f"{old[1]}{_value(old[2], old[3])}{old[4]}", text)
     text = _FOUND.sub(lambda old: f"{old[1]}\n{_found(folder, old[0])}\n\n{old[2]}", text)
+    text = _RECORDS.sub(lambda old: f"{old[1]}\n{_records()}\n\n{old[2]}", text)
     return _FIGURE.sub(
         lambda old: (
             old[0]
@@ -104,6 +109,21 @@ def _found(folder: str, old: str) -> str:
         for question, experiment, name, page in SIX
     ]
     return _markdown(("question", "what was found", "more"), lines)
+
+
+def _records() -> str:
+    lines = []
+    for record in sorted(read_records(REFERENCE), key=lambda each: each.made):
+        topics = ", ".join(f"`{name}`" for name in record.notes["sizes"])
+        seconds: dict[tuple[str, ...], list[float]] = {}
+        for case in record.notes[CASES]:
+            where = case["digest"][:7], case["commit"][:7], case["cpu"]
+            seconds.setdefault(where, []).append(case["processor_seconds"])
+        for where, each in seconds.items():
+            hours = f"{sum(each) / 3600:.2f}"
+            lines.append((topics, *where, str(len(each)), hours, record.made[:10]))
+    heads = ("topics", "sources", "commit", "processor", "cases", "processor hours", "recorded")
+    return _markdown(heads, lines)
 
 
 def _answer(experiment: str, name: str, was: str) -> str:
