@@ -6,7 +6,7 @@ a pattern is one of names of claims as of files (``parts_over*/blake/*``), and e
 ``report.md``, of which so many panels are shown, or all; it ends with ``<!-- end of figure -->``.
 ``<!-- value: EXPERIMENT PATTERN -->`` begins a number within a sentence, the measured value of the
 one claim of that name with its interval, and ``<!-- end of value -->`` ends it. Between
-``<!-- found -->`` and ``<!-- end of found -->`` stand the titles of SIX figures, and between
+``<!-- found -->`` and ``<!-- end of found -->`` stand the titles of ANSWERS, and between
 ``<!-- records -->`` and ``<!-- end of records -->`` what measured every record.
 `make docs` fills all pages, and a test compares. Figures of a record whose experiment
 asks something else today cannot be drawn again: those blocks and rows stay as they were.
@@ -23,7 +23,7 @@ from pathlib import Path
 
 from bench.records.claims import Claim, claim_from
 from bench.records.probe import CASES
-from bench.records.records import read_records
+from bench.records.records import Record, read_records
 from bench.report.document import MARKS
 from bench.report.write import OTHER_VERSION
 
@@ -35,8 +35,9 @@ _FIGURE = re.compile(r"(<!-- figure: ([^>]+) -->\n).*?(<!-- end of figure -->)",
 _VALUE = re.compile(r"(<!-- value: (\S+) (\S+) -->).*?(<!-- end of value -->)", re.S)
 _FOUND = re.compile(r"(<!-- found -->\n).*?(<!-- end of found -->)", re.S)
 _RECORDS = re.compile(r"(<!-- records -->\n).*?(<!-- end of records -->)", re.S)
-SIX = (
+ANSWERS = (
     ("Do counts follow the law?", "law", "counts", "law"),
+    ("Which detail keeps a frame within a budget?", "spread", "budget", "spread"),
     ("How do the parts of one figure drop off with distance?", "figure", "parts", "law"),
     ("What does a larger world cost?", "cost", "stages", "cost"),
     ("Is tone kept at every distance?", "images", "by-distance", "images"),
@@ -46,6 +47,14 @@ SIX = (
 """Questions, the figure whose title answers each (experiment, name), and its page of results."""
 
 NOT_YET = "Not measured yet: the reference run has no record of this experiment."
+
+_HAVE = {
+    "holds": ("holds", "hold"),
+    "refuted": ("is refuted", "are refuted"),
+    "inconclusive": ("is inconclusive", "are inconclusive"),
+    "expected violation": ("is an expected violation", "are expected violations"),
+}
+"""Verdicts as predicates, of one claim and of several."""
 
 _IMAGE = re.compile(r"!\[([^]]*)\]\((plots/([a-z]+)-[0-9a-f]{8}-([\w.-]+)-(\d+|key)\.svg)\)")
 
@@ -66,7 +75,7 @@ def filled(text: str, folder: str = "reference") -> str:
     text = _BLOCK.sub(lambda found: f"{found[1]}\n{_table(*found[2].split())}\n\n{found[3]}", text)
     text = _VALUE.sub(lambda old: f"{old[1]}{_value(old[2], old[3])}{old[4]}", text)
     text = _FOUND.sub(lambda old: f"{old[1]}\n{_found(folder, old[0])}\n\n{old[2]}", text)
-    text = _RECORDS.sub(lambda old: f"{old[1]}\n{_records()}\n\n{old[2]}", text)
+    text = _RECORDS.sub(lambda old: f"{old[1]}\n{_measured_by()}\n\n{old[2]}", text)
     return _FIGURE.sub(
         lambda old: (
             old[0]
@@ -103,17 +112,22 @@ def _found(folder: str, old: str) -> str:
     lines = [
         (
             question,
-            _answer(experiment, name, was[question]),
+            _answer(experiment, name, was.get(question, "")),
             f"[{page}]({folder.removesuffix('reference')}{page}.md)",
         )
-        for question, experiment, name, page in SIX
+        for question, experiment, name, page in ANSWERS
     ]
     return _markdown(("question", "what was found", "more"), lines)
 
 
-def _records() -> str:
+@cache
+def _records() -> list[Record]:
+    return sorted(read_records(REFERENCE), key=lambda each: each.made)
+
+
+def _measured_by() -> str:
     lines = []
-    for record in sorted(read_records(REFERENCE), key=lambda each: each.made):
+    for record in _records():
         topics = ", ".join(f"`{name}`" for name in record.notes["sizes"])
         seconds: dict[tuple[str, ...], list[float]] = {}
         for case in record.notes[CASES]:
@@ -179,10 +193,19 @@ def _table(experiment: str, *patterns: str) -> str:
         for each in claims
         if (any(fnmatchcase(each.name, one) for one in patterns) if patterns else each.headline)
     ]
-    counted = Counter(each.verdict for each in claims)
-    said = ", ".join(f"{n} {verdict}" for verdict, n in counted.most_common())
+    counted = Counter(each.verdict for each in claims).most_common()
+    *others, last = [f"{n} {_HAVE[verdict][n > 1]}" for verdict, n in counted]
+    said = " and ".join(filter(None, (", ".join(others), last)))
+    checks = sum(each.kind == "verification" for each in claims)
+    told = f", of which {checks} verify the program," if checks else ""
+    topics = " ".join(
+        topic
+        for record in _records()
+        if record.experiment == experiment
+        for topic in record.notes["sizes"]
+    )
     table = _markdown(("claim", "measured (95 %)", "verdict"), [_cells(each) for each in shown])
-    told = f"Of all {len(claims)} claims: {said}. `lodbench run {experiment}`, commit {commits}."
+    told = f"Of all {len(claims)} claims{told} {said}. `lodbench run {topics}`, commit {commits}."
     return "\n\n".join(filter(None, (table if shown else "", told)))
 
 

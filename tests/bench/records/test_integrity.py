@@ -115,6 +115,50 @@ def test_what_no_verdict_sees_drifts_beside_the_run_before(images, quantity, fac
     assert found.as_json()["drifts"]
 
 
+def test_an_error_that_is_two_thousandths_larger_drifts(images):
+    def change(point):
+        columns = [
+            replace(c, values=[each + 2000 for each in c.values]) if c.quantity == "flip_ppm" else c
+            for c in point.samples
+        ]
+        return replace(point, samples=tuple(columns))
+
+    found = drifts(images, with_points(images, change, pruned=fields.EVERYTHING))
+    assert {each.quantity for each in found} == {"flip_ppm"} and len(found) == 3  # every view
+
+
+def refuted(record):
+    judged = EXPERIMENTS[record.experiment].judged(record.points)
+    return {each.name for each in judged if each.verdict == "refuted"}
+
+
+def test_swapped_counts_of_samples_refute_that_the_reference_is_itself(images):
+    other = {32: 128, 128: 32}
+
+    def change(point):
+        columns = [
+            replace(c, keys=c.keys | {"samples": other[c.keys["samples"]]})
+            if c.quantity == "flip_ppm"
+            else c
+            for c in point.samples
+        ]
+        return replace(point, samples=tuple(columns))
+
+    found = refuted(replace(images, points=tuple(map(change, images.points)))) - refuted(images)
+    assert {f"flip_of_the_reference_to_itself/{view}" for view in ("aerial", "hazy")} <= found
+
+
+def test_a_prediction_that_is_three_per_cent_too_large_is_refuted():
+    law = of_reference("law")
+
+    def change(point):
+        larger = (replace(each, value=1.03 * each.value) for each in point.predicted)
+        return replace(point, predicted=tuple(larger))
+
+    assert not refuted(law)
+    assert len(refuted(replace(law, points=tuple(map(change, law.points))))) > 30
+
+
 def noisy(record, seed, spread=0.05):
     """The record with times that another run of the same would have had."""
     rng = np.random.default_rng(seed)
