@@ -20,6 +20,7 @@ from collections.abc import Sequence
 from fnmatch import fnmatchcase
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 from bench.records.claims import Claim, claim_from
 from bench.records.probe import CASES
@@ -129,14 +130,26 @@ def _measured_by() -> str:
     lines = []
     for record in _records():
         topics = ", ".join(f"`{name}`" for name in record.notes["sizes"])
-        seconds: dict[tuple[str, ...], list[float]] = {}
+        groups: dict[tuple[str, ...], list[dict[str, Any]]] = {}
         for case in record.notes[CASES]:
-            where = case["digest"][:7], case["commit"][:7], case["cpu"]
-            seconds.setdefault(where, []).append(case["processor_seconds"])
-        for where, each in seconds.items():
-            hours = f"{sum(each) / 3600:.2f}"
-            lines.append((topics, *where, str(len(each)), hours, record.made[:10]))
-    heads = ("topics", "sources", "commit", "processor", "cases", "processor hours", "recorded")
+            machine = f"{case['cpu']}, {case['cores']} cores, {case['memory_bytes'] / 1e9:.0f} GB"
+            where = case["digest"][:7], case["commit"][:7], machine
+            groups.setdefault(where, []).append(case)
+        for where, made in groups.items():
+            loads = [case["load"] for case in made]
+            hours = sum(case["processor_seconds"] for case in made) / 3600
+            told = f"{min(loads):.1f} to {max(loads):.1f}", str(len(made)), f"{hours:.2f}"
+            lines.append((topics, *where, *told, record.made[:10]))
+    heads = (
+        "topics",
+        "sources",
+        "commit",
+        "machine",
+        "load",
+        "cases",
+        "hours of a core",
+        "recorded",
+    )
     return _markdown(heads, lines)
 
 
