@@ -8,6 +8,8 @@ a pattern is one of names of claims as of files (``parts_over*/blake/*``), and e
 one claim of that name with its interval, and ``<!-- end of value -->`` ends it. Between
 ``<!-- found -->`` and ``<!-- end of found -->`` stand the titles of ANSWERS, and between
 ``<!-- records -->`` and ``<!-- end of records -->`` what measured every record.
+``<!-- table: TITLE -->`` begins the table of that title in ``report.md``, and
+``<!-- end of table -->`` ends it.
 `make docs` fills all pages, and a test compares. Figures of a record whose experiment
 asks something else today cannot be drawn again: those blocks and rows stay as they were.
 """
@@ -35,6 +37,7 @@ _BLOCK = re.compile(r"(<!-- claims: ([^>]+) -->\n).*?(<!-- end of claims -->)", 
 _FIGURE = re.compile(r"(<!-- figure: ([^>]+) -->\n).*?(<!-- end of figure -->)", re.S)
 _VALUE = re.compile(r"(<!-- value: (\S+) (\S+) -->).*?(<!-- end of value -->)", re.S)
 _FOUND = re.compile(r"(<!-- found -->\n).*?(<!-- end of found -->)", re.S)
+_TABLE = re.compile(r"(<!-- table: (.+) -->\n).*?(<!-- end of table -->)", re.S)
 _RECORDS = re.compile(r"(<!-- records -->\n).*?(<!-- end of records -->)", re.S)
 ANSWERS = (
     ("Do counts follow the law?", "law", "counts", "law"),
@@ -76,6 +79,7 @@ def filled(text: str, folder: str = "reference") -> str:
     text = _BLOCK.sub(lambda found: f"{found[1]}\n{_table(*found[2].split())}\n\n{found[3]}", text)
     text = _VALUE.sub(lambda old: f"{old[1]}{_value(old[2], old[3])}{old[4]}", text)
     text = _FOUND.sub(lambda old: f"{old[1]}\n{_found(folder, old[0])}\n\n{old[2]}", text)
+    text = _TABLE.sub(lambda old: f"{old[1]}\n{_copied(old[2])}\n\n{old[3]}", text)
     text = _RECORDS.sub(lambda old: f"{old[1]}\n{_measured_by()}\n\n{old[2]}", text)
     return _FIGURE.sub(
         lambda old: (
@@ -157,6 +161,11 @@ def _answer(experiment: str, name: str, was: str) -> str:
     if _is_other_today(experiment):
         return was
     return f"{_drawn(experiment, name)[0]}." if experiment in judged() else NOT_YET
+
+
+def _copied(title: str) -> str:
+    report = (REFERENCE / "report.md").read_text(encoding="utf-8")
+    return report.split(f"\n### {title}\n\n", 1)[1].split("\n\n", 1)[0]
 
 
 def _drawn(experiment: str, name: str) -> tuple[str, list[tuple[str, ...]], str]:
