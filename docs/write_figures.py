@@ -144,16 +144,7 @@ def _measured_by() -> str:
             hours = sum(case["processor_seconds"] for case in made) / 3600
             told = f"{min(loads):.1f} to {max(loads):.1f}", str(len(made)), f"{hours:.2f}"
             lines.append((topics, *where, *told, record.made[:10]))
-    heads = (
-        "topics",
-        "sources",
-        "commit",
-        "machine",
-        "load",
-        "cases",
-        "hours of a core",
-        "recorded",
-    )
+    heads = ("topics", "sources", "commit", "machine", "load", "cases", "core hours", "recorded")
     return _markdown(heads, lines)
 
 
@@ -198,7 +189,7 @@ def judged() -> dict[str, tuple[list[Claim], str]]:
 def _table(experiment: str, *patterns: str) -> str:
     if experiment == HEADLINES:
         lines = [
-            (*_cells(each), f"`run {name}`")
+            (*_cells(each), f"`{_command(name)}`")
             for name, (claims, _) in judged().items()
             for each in claims
             if each.headline
@@ -219,16 +210,16 @@ def _table(experiment: str, *patterns: str) -> str:
     *others, last = [f"{n} {_HAVE[verdict][n > 1]}" for verdict, n in counted]
     said = " and ".join(filter(None, (", ".join(others), last)))
     checks = sum(each.kind == "verification" for each in claims)
-    told = f", of which {checks} verify the program," if checks else ""
-    topics = " ".join(
-        topic
-        for record in _records()
-        if record.experiment == experiment
-        for topic in record.notes["sizes"]
-    )
+    verified = f", of which {checks} verify the program," if checks else ""
     table = _markdown(("claim", "measured (95 %)", "verdict"), [_cells(each) for each in shown])
-    told = f"Of all {len(claims)} claims{told} {said}. `lodbench run {topics}`, commit {commits}."
+    made = f"`lodbench {_command(experiment)}`, commit {commits}"
+    told = f"Of all {len(claims)} claims{verified} {said}. {made}."
     return "\n\n".join(filter(None, (table if shown else "", told)))
+
+
+def _command(experiment: str) -> str:
+    mine = (record for record in _records() if record.experiment == experiment)
+    return " ".join(("run", *(topic for record in mine for topic in record.notes["sizes"])))
 
 
 def _value(experiment: str, pattern: str) -> str:

@@ -38,31 +38,36 @@ def with_points(record, change, **case):
     return replace(record, points=tuple(change(p) if id(p) in hit else p for p in record.points))
 
 
+def with_columns(change):
+    """A change of a point: one of each of its columns."""
+    return lambda point: replace(point, samples=tuple(map(change, point.samples)))
+
+
 def scaled(quantity, factor, **keys):
     """A change of a point: columns of a quantity with these keys are multiplied."""
 
-    def change(point):
-        columns = [
-            replace(c, values=[round(factor * v) for v in c.values])
-            if c.quantity == quantity and keys.items() <= c.keys.items()
-            else c
-            for c in point.samples
-        ]
-        return replace(point, samples=tuple(columns))
+    def change(column):
+        if column.quantity != quantity or not keys.items() <= column.keys.items():
+            return column
+        return replace(column, values=[round(factor * v) for v in column.values])
 
-    return change
+    return with_columns(change)
 
 
-def swapped(point):
-    """A point whose pictures have changed places."""
-    other = {"tested": "reference", "reference": "tested"}
-    columns = [
-        replace(c, keys=c.keys | {"picture": other[str(c.keys["picture"])]})
-        if "picture" in c.keys
-        else c
-        for c in point.samples
-    ]
-    return replace(point, samples=tuple(columns))
+def exchanged(key, one, other):
+    """A change of a point: columns with one value of a key get the other, and the reverse."""
+    turned = {one: other, other: one}
+
+    def change(column):
+        value = column.keys.get(key)
+        if value not in turned:
+            return column
+        return replace(column, keys=column.keys | {key: turned[value]})
+
+    return with_columns(change)
+
+
+swapped = exchanged("picture", "tested", "reference")
 
 
 def test_nothing_is_wrong_with_the_records_of_the_reference_run(images):
@@ -116,14 +121,11 @@ def test_what_no_verdict_sees_drifts_beside_the_run_before(images, quantity, fac
 
 
 def test_an_error_that_is_two_thousandths_larger_drifts(images):
-    def change(point):
-        columns = [
-            replace(c, values=[each + 2000 for each in c.values]) if c.quantity == "flip_ppm" else c
-            for c in point.samples
-        ]
-        return replace(point, samples=tuple(columns))
+    def change(column):
+        larger = [each + 2000 for each in column.values]
+        return replace(column, values=larger) if column.quantity == "flip_ppm" else column
 
-    found = drifts(images, with_points(images, change, pruned=fields.EVERYTHING))
+    found = drifts(images, with_points(images, with_columns(change), pruned=fields.EVERYTHING))
     assert {each.quantity for each in found} == {"flip_ppm"} and len(found) == 3  # every view
 
 
@@ -133,18 +135,8 @@ def refuted(record):
 
 
 def test_swapped_counts_of_samples_refute_that_the_reference_is_itself(images):
-    other = {32: 128, 128: 32}
-
-    def change(point):
-        columns = [
-            replace(c, keys=c.keys | {"samples": other[c.keys["samples"]]})
-            if c.quantity == "flip_ppm"
-            else c
-            for c in point.samples
-        ]
-        return replace(point, samples=tuple(columns))
-
-    found = refuted(replace(images, points=tuple(map(change, images.points)))) - refuted(images)
+    other = replace(images, points=tuple(map(exchanged("samples", 32, 128), images.points)))
+    found = refuted(other) - refuted(images)
     assert {f"flip_of_the_reference_to_itself/{view}" for view in ("aerial", "hazy")} <= found
 
 
@@ -164,23 +156,15 @@ def noisy(record, seed, spread=0.05):
     rng = np.random.default_rng(seed)
     day = float(np.exp(0.1 * rng.standard_normal()))
 
-    def change(point):
-        columns = [
-            replace(
-                c,
-                values=np.rint(
-                    day * np.array(c.values) * np.exp(spread * rng.standard_normal(len(c.values)))
-                )
-                .astype(int)
-                .tolist(),
-            )
-            if c.quantity == "us"
-            else c
-            for c in point.samples
-        ]
-        return replace(point, samples=tuple(columns))
+    def change(column):
+        if column.quantity != "us":
+            return column
+        noise = np.exp(spread * rng.standard_normal(len(column.values)))
+        return replace(
+            column, values=np.rint(day * np.array(column.values) * noise).astype(int).tolist()
+        )
 
-    return replace(record, points=tuple(map(change, record.points)))
+    return replace(record, points=tuple(map(with_columns(change), record.points)))
 
 
 @pytest.mark.parametrize("seed", range(5))
