@@ -109,7 +109,11 @@ def _figure(folder: str, experiment: str, name: str, panels: str = "99") -> str:
     shown = [each for each in found if each[4] == "key" or int(each[4]) < int(panels)]
     images = {each[4]: f"![{each[0]}]({folder}/{each[1]})" for each in shown}
     key = images.pop("key", "")
-    return "\n\n".join(filter(None, (f"**{title}.**", key, " ".join(images.values()), caption)))
+    return "\n\n".join(
+        filter(
+            None, (f"**{title}{_so_far(experiment)}.**", key, " ".join(images.values()), caption)
+        )
+    )
 
 
 def _found(folder: str, old: str) -> str:
@@ -151,7 +155,14 @@ def _measured_by() -> str:
 def _answer(experiment: str, name: str, was: str) -> str:
     if _is_other_today(experiment):
         return was
-    return f"{_drawn(experiment, name)[0]}." if experiment in judged() else NOT_YET
+    if experiment not in judged():
+        return NOT_YET
+    return f"{_drawn(experiment, name)[0]}{_so_far(experiment)}."
+
+
+def _so_far(experiment: str) -> str:
+    said = [each.notes.get("places") for each in _records() if each.experiment == experiment]
+    return "".join(f" ({places} places)" for places in said if places)
 
 
 def _copied(title: str) -> str:
