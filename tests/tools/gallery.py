@@ -162,7 +162,7 @@ def gallery_page(presets: Sequence[tuple[str, str]], folder: Path) -> str:
 @click.option("-o", "folder", default="results/gallery", metavar="DIR", show_default=True)
 @click.option("--size", default="640x360", metavar="WxH", show_default=True)
 @click.option("--spp", default=16, show_default=True)
-@click.option("--references", is_flag=True, help="Show some beside references: 10 GB, minutes.")
+@click.option("--references", is_flag=True, help="Show some beside references: 13 GB, minutes.")
 def command(names: tuple[str, ...], folder: str, size: str, spp: int, references: bool) -> None:
     """Render the presets of these NAMES, or all, and write the page of all that have pictures."""
     target = make_folder(folder)
