@@ -109,11 +109,7 @@ def _figure(folder: str, experiment: str, name: str, panels: str = "99") -> str:
     shown = [each for each in found if each[4] == "key" or int(each[4]) < int(panels)]
     images = {each[4]: f"![{each[0]}]({folder}/{each[1]})" for each in shown}
     key = images.pop("key", "")
-    return "\n\n".join(
-        filter(
-            None, (f"**{title}{_so_far(experiment)}.**", key, " ".join(images.values()), caption)
-        )
-    )
+    return "\n\n".join(filter(None, (f"**{title}.**", key, " ".join(images.values()), caption)))
 
 
 def _found(folder: str, old: str) -> str:
@@ -155,14 +151,7 @@ def _measured_by() -> str:
 def _answer(experiment: str, name: str, was: str) -> str:
     if _is_other_today(experiment):
         return was
-    if experiment not in judged():
-        return NOT_YET
-    return f"{_drawn(experiment, name)[0]}{_so_far(experiment)}."
-
-
-def _so_far(experiment: str) -> str:
-    said = [each.notes.get("places") for each in _records() if each.experiment == experiment]
-    return "".join(f" ({places} places)" for places in said if places)
+    return f"{_drawn(experiment, name)[0]}." if experiment in judged() else NOT_YET
 
 
 def _copied(title: str) -> str:
@@ -171,12 +160,17 @@ def _copied(title: str) -> str:
 
 
 def _drawn(experiment: str, name: str) -> tuple[str, list[tuple[str, ...]], str]:
-    """Return the title, the images and the caption of a figure of report.md."""
+    """Return the title, the images and the caption of a figure of report.md.
+
+    The title of a run that has seen some of its places says how many.
+    """
+    mine = (record for record in _records() if record.experiment == experiment)
+    seen = "".join(f" ({each.notes['places']} places)" for each in mine if "places" in each.notes)
     pieces = (REFERENCE / "report.md").read_text(encoding="utf-8").split("\n\n")
     for title, images, caption in zip(pieces, pieces[1:], pieces[2:], strict=False):
         found = _IMAGE.findall(images) if title.startswith("### ") else []
         if any(each[2:4] == (experiment, name) for each in found):
-            return title.removeprefix("### "), found, caption
+            return title.removeprefix("### ") + seen, found, caption
     raise ValueError(f"report.md has no figure {name} of {experiment}")
 
 
