@@ -249,7 +249,8 @@ def _drawing(name: str, panel: Panel, labels: Sequence[str]) -> Drawing:
         _ticks(axes.xaxis, 5)
     _ticks(axes.yaxis, 6)
     words = (_in_words(each) for each in panel.drawn[:6])
-    alt = " ".join((f"{panel.title} Plot of {panel.axis[1]} against {panel.axis[0]}.", *words))
+    title = f"{panel.title}. " if panel.title else ""
+    alt = " ".join((f"{title}Plot of {panel.axis[1]} against {panel.axis[0]}.", *words))
     svg = _svg(canvas, name)
     marks = tuple(
         mark

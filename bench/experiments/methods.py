@@ -417,7 +417,7 @@ EXPERIMENT = Experiment(
                 "unseen": False,
             },
             plan=plan,
-            seconds=(10_000.0, 600.0),
+            seconds=(16_600.0, 600.0),
             apart=True,
             accepts=("preset",),
         )

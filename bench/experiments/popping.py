@@ -278,7 +278,8 @@ def _switch_plots(record: Record) -> Iterator[Plot]:
         metres = point.values("distance_mm") / 1000
         x = np.quantile(metres, _SHARES).tolist()
         drawn.append(Curve(point.case["species"], x, _SHARES))
-        words.append(f"of {point.case['species']}s half within {x[4]:.1f} m, 9 in 10 {x[6]:.1f} m")
+        within_m = f"half within {x[4]:.0f} m and nine tenths within {x[6]:.0f} m"
+        words.append(f"of {point.case['species']}s {within_m}")
     caption = f"The share of switches that are nearer than a distance: {'; '.join(words)}."
     axis = "distance of the switch (m)", "share of the switches"
     if drawn:
@@ -286,22 +287,25 @@ def _switch_plots(record: Record) -> Iterator[Plot]:
 
 
 def _shipped_plots(record: Record) -> Iterator[Plot]:
-    presets = [name for (name,) in grouped(record.points, "preset")]
+    least, presets = 1e-4, [name for (name,) in grouped(record.points, "preset")]
     ways = {way: points for (way,), points in grouped(record.points, "way").items()}
     drawn, words = [], []
     for number, (way, points) in enumerate(ways.items()):
         at = [k + 0.2 * (number - 1) for k in range(len(presets))]  # beside each other
         found = [two_sided_mean(by_walk(each, "changed_ppm") / 1e6) for each in points]
-        drawn.append(estimated(way, at, found, least=1e-4))
+        drawn.append(estimated(way, at, found, least=least))
         words.append(f"{way} {', '.join(f'{each.value:.4f}' for each in found)}")
     title = "What changes from frame to frame in walks through presets"
     caption = (
         "The 99.99th percentile over pixels of the motion-compensated residual, as a share of "
         "white; both frames of a pair have the same samples. Means over walks with 95 % "
-        f"intervals. {'; '.join(words)} ({', '.join(presets)})."
+        f"intervals; what is below {least:g} is drawn there. Shaded: at most {MOST_CHANGE:g}. "
+        f"{'; '.join(words)} ({', '.join(presets)})."
     )
     axis = "preset", "residual (share of white)"
-    panels = [Panel("Walks", axis, drawn, ("linear", "log"), "points", presets)]
+    allowed = least, MOST_CHANGE
+    scale = "linear", "log"
+    panels = [Panel("Walks", axis, drawn, scale, "points", presets, between=allowed)]
     yield figure("popping-shipped", title, caption, panels)
 
 
