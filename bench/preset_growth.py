@@ -2,9 +2,9 @@
 
 A preset is swept as it stands, one quantity at a time, by each metric that has a law. Every step
 counts a frame by the pruner and predicts it without; time is the processor's, from pruning to plain
-arrays, before any renderer, and memory that of these arrays. Exponents are fitted within a field,
-and fields are the replicates, so that no time is compared with one of another machine. Species that
-have no law are not counted.
+arrays, as a frame is made a second time, before any renderer, and memory that of these arrays.
+Exponents are fitted within a field, and fields are the replicates, so that no time is compared with
+one of another machine. Species that have no law are not counted.
 """
 
 import re
@@ -80,8 +80,7 @@ def measure(
         told = sum(each.species.density * law.parts for each, law in laws)
         if told > MOST_PARTS:
             continue
-        if not made:
-            plain_frame(scene)  # compiles, and is not timed
+        plain_frame(scene)  # compiles, makes what later frames reuse, and is not timed
         start = time.process_time()
         plain = plain_frame(scene)
         counts = {
@@ -180,7 +179,8 @@ def plots(record: Record) -> Iterator[Plot]:
                 told.append(f"{power:.2f} of {axis.split(',')[0].split(' (')[0]}")
         caption = (
             "Means of fields; dashed: parts predicted by the law, without free parameters. Time is "
-            "the processor's from pruning to plain arrays, memory that of these arrays."
+            "the processor's from pruning to plain arrays, when a frame is made a second time; "
+            "memory is that of these arrays."
         )
         title = f"Parts of {preset} by {METRICS[0]} grow with the power {', '.join(told)}"
         name = re.sub("[^a-z0-9]+", "-", preset.lower())
