@@ -1,7 +1,7 @@
 """What changed between two runs: claim by claim, and whether the samples are the same.
 
-Two records may meet where they ask the same of the same scene on the same kind of machine; commit,
-packages and seed may differ, for that is what is compared. Everything else is refused.
+Two records may meet where they ask the same of the same scene; commit, machine, packages and seed
+may differ, for that is what is compared. Everything else is refused.
 
 A paired comparison needs no claim: points of the same case, seed and fields are held against each
 other number by number. It finds what every verdict has room for, as land that is 1.5 % too bright.
@@ -9,17 +9,19 @@ other number by number. It finds what every verdict has room for, as land that i
 """
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence, Set
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 from scipy import stats
 
+from bench.experiment import Experiment, experiments
 from bench.records.claims import Claim
 from bench.records.probe import CASES
-from bench.records.records import Column, Point, Record, read_record, read_records
+from bench.records.provenance import scene_digest
+from bench.records.records import PRESET_TEXT, Column, Point, Record, read_record, read_records
 from bench.statistics.estimates import holm
 from lod.errors import InputError
 
@@ -51,18 +53,21 @@ def drifts(before: Record, after: Record) -> tuple[Drift, ...]:
     """Name what drifted between two records, by paired t-tests of logarithms, Holm's correction.
 
     Values are paired by their place in a column. Times are first divided by what they came to over
-    all of the record, the speed of the machine on that day.
+    all of the record, the speed of the machine on that day; those of another kind are left out.
     """
+    one, other = (vars(record.provenance) for record in (before, after))
+    alike = all(one[key] == other[key] for key in _MACHINE)
     first = {repr(point.case): _sums(point) for point in before.points}
     ratios: dict[tuple[str, str], list[float]] = {}
     for point in after.points:
         old = first.get(repr(point.case), {})
         for name, values in _sums(point).items():
-            if name in old and len(old[name]) == len(values):
+            told = alike or not _is_time(name[0])
+            if told and name in old and len(old[name]) == len(values):
                 short = _SHORTEST if _is_time(name[0]) else 0
                 used = (old[name] > short) & (values > short)
-                told = ratios.setdefault((name[0], f"{_said(point)}{name[1]}"), [])
-                told += np.log(values[used] / old[name][used]).tolist()
+                row = ratios.setdefault((name[0], f"{_said(point)}{name[1]}"), [])
+                row += np.log(values[used] / old[name][used]).tolist()
     timed = [np.mean(row) for (name, _), row in ratios.items() if _is_time(name) and row]
     pace = float(np.median(timed)) if len(timed) > 2 else 0.0
     found = []
@@ -167,10 +172,11 @@ def _places(point: Point, column: Column) -> list[int]:
 
 Change = Literal["same", "within the intervals", "moved", "verdict", "new", "gone"]
 
-_SAME = ("scene", "variant", "threads", "cpu", "cores")
+_SAME = ("scene", "variant")
 """What two records must share; an experiment's version and whether it was quick, too."""
 
-_MAY_DIFFER = ("commit", "packages", "platform", "python", "seed")
+_MACHINE = ("cpu", "cores", "threads")
+_MAY_DIFFER = ("commit", *_MACHINE, "packages", "platform", "python", "seed")
 
 
 @dataclass(frozen=True)
@@ -213,10 +219,19 @@ class Comparison:
         return {**vars(self), **told, "drifts": [vars(each) for each in self.drifts]}
 
 
-def compare(before: Record, after: Record) -> Comparison:
-    """Compare two records claim by claim. Raises InputError where they cannot be compared."""
+def compare(before: Record, after: Record, topics: Set[str] | None = None) -> Comparison:
+    """Compare two records claim by claim, by these topics alone; without any, by those of both.
+
+    Raises InputError where they cannot be compared.
+    """
+    names = before.name, after.name
     for key in ("experiment", "version", "quick"):
         _must_share(key, getattr(before, key), getattr(after, key))
+    shared = _topics(before) & _topics(after) if topics is None else topics
+    if shared and not shared == _topics(before) == _topics(after):
+        today = experiments().get(before.experiment)
+        if today and today.version == before.version:
+            before, after = _of_topics(today, before, shared), _of_topics(today, after, shared)
     for key in _SAME:
         _must_share(key, getattr(before.provenance, key), getattr(after.provenance, key))
     origin = {
@@ -227,8 +242,7 @@ def compare(before: Record, after: Record) -> Comparison:
     }
     return Comparison(
         before.experiment,
-        before.name,
-        after.name,
+        *names,
         before.samples_sha256 == after.samples_sha256,
         origin,
         tuple(_differences(before.claims, after.claims)),
@@ -238,7 +252,7 @@ def compare(before: Record, after: Record) -> Comparison:
 
 
 def compare_paths(before: Path, after: Path) -> tuple[Comparison, ...]:
-    """Compare two records, or the newest of every experiment that two folders share.
+    """Compare two records, or the newest of every topic that two folders share.
 
     Raises InputError for a record and a folder, and for folders that share no experiment.
     """
@@ -250,28 +264,63 @@ def compare_paths(before: Path, after: Path) -> tuple[Comparison, ...]:
     first, second = _newest(before), _newest(after)
     shared = [key for key in first if key in second]
     if not shared:
-        both = {name for name, _ in first} & {name for name, _ in second}
-        rule, cure = "records of one experiment in both", "run one experiment into both"
-        if both:
-            quick, full = (before, after) if (min(both), True) in first else (after, before)
-            named = ", ".join(sorted(both))
-            rule = f"runs of one kind: of {named} {quick} has quick ones, {full} full"
-            cure = f"measure in full: lodbench run {min(both).partition(' ')[0]} -o {quick}"
-        raise InputError("A B", f"{before} {after}", rule, cure)
-    return tuple(compare(first[key], second[key]) for key in shared)
+        raise _nothing_shared(before, after, set(first), set(second))
+    pairs: dict[tuple[int, int], set[str]] = {}
+    for key in shared:
+        pairs.setdefault((id(first[key]), id(second[key])), set()).add(key[2])
+    by_id = {id(record): record for record in (*first.values(), *second.values())}
+    return tuple(compare(by_id[a], by_id[b], topics) for (a, b), topics in pairs.items())
 
 
-def _newest(folder: Path) -> dict[tuple[str, bool], Record]:
-    newest: dict[tuple[str, bool], Record] = {}
+def _nothing_shared(
+    before: Path, after: Path, first: set[tuple[str, bool, str]], second: set[tuple[str, bool, str]]
+) -> InputError:
+    """Say why no record of one folder meets one of the other: experiments, kinds, or topics."""
+    rule, cure = "records of one experiment in both", "run one experiment into both"
+    both = {name for name, *_ in first} & {name for name, *_ in second}
+    if alike := {key[:2] for key in first} & {key[:2] for key in second}:
+        name, _ = kind = min(alike)
+        told = [" ".join(sorted(k[2] for k in keys if k[:2] == kind)) for keys in (first, second)]
+        rule = f"one topic in both: of {name} {before} has {told[0]}, {after} {told[1]}"
+        cure = f"run one topic into both: lodbench run {told[1]} -o {before}"
+    elif both:
+        quick, full = (
+            (before, after) if (min(both), True) in {k[:2] for k in first} else (after, before)
+        )
+        named = ", ".join(sorted(both))
+        rule = f"runs of one kind: of {named} {quick} has quick ones, {full} full"
+        cure = f"measure in full: lodbench run {min(both).partition(' ')[0]} -o {quick}"
+    return InputError("A B", f"{before} {after}", rule, cure)
+
+
+def _newest(folder: Path) -> dict[tuple[str, bool, str], Record]:
+    newest: dict[tuple[str, bool, str], Record] = {}
     for record in read_records(folder):
-        newest.setdefault((record.subject, record.quick), record)
+        for topic in _topics(record):
+            newest.setdefault((record.subject, record.quick, topic), record)
     return newest
+
+
+def _topics(record: Record) -> set[str]:
+    return {str(point.case.get("topic")) for point in record.points}
+
+
+def _of_topics(experiment: Experiment, record: Record, topics: Set[str]) -> Record:
+    """Leave other topics out of a record, and judge what is left again."""
+    points = tuple(p for p in record.points if str(p.case.get("topic")) in topics)
+    words = [[p.case, p.scene] for p in points], record.notes.get(PRESET_TEXT)
+    return replace(
+        record,
+        points=points,
+        claims=experiment.judged(points),
+        provenance=replace(record.provenance, scene=scene_digest(words)),
+    )
 
 
 def _must_share(key: str, before: object, after: object) -> None:
     if before != after:
         arrived = f"{str(before)[:40]} and {str(after)[:40]}"
-        cure = "runs of the same workload on the same kind of machine can be compared"
+        cure = "runs of the same workload by the same variant can be compared"
         raise InputError(f"{key} of the two records", arrived, "the same in both", cure)
 
 

@@ -9,9 +9,10 @@ import jsonschema
 import pytest
 
 from bench.cli.main import main
+from bench.experiment import Experiment, experiments
 from bench.records.claims import Claim
 from bench.records.compare_runs import compare, compare_paths
-from bench.records.provenance import provenance
+from bench.records.provenance import provenance, scene_digest
 from bench.records.records import (
     Point,
     Record,
@@ -61,6 +62,22 @@ def test_a_claim_that_is_new_is_said_to_be(tmp_path):
     assert not other.same_samples and set(other.origin) == {"seed", "commit"}
 
 
+def test_times_drift_on_one_kind_of_machine_and_numbers_on_any():
+    """In one case of three times are half of what they were, and counts 2 % more."""
+
+    def measured(us, n, **origin):
+        rows = zip("abc", (9000, 9000, us), (500, 500, n), strict=True)
+        points = [Point({"x": x}, (), columns({"t_us": [t] * 4, "n": [k] * 4})) for x, t, k in rows]
+        return replace(a_record(**origin), points=tuple(points))
+
+    before, here = measured(9000, 500), measured(4500, 510)
+    there = measured(4500, 510, cpu="another", cores=9, threads=9)
+    found = {name: compare(before, each) for name, each in (("here", here), ("there", there))}
+    drifted = {name: {each.quantity for each in one.drifts} for name, one in found.items()}
+    assert drifted == {"here": {"n", "t_us"}, "there": {"n"}}
+    assert set(found["there"].origin) == {"cpu", "cores", "threads"}
+
+
 @pytest.mark.parametrize(
     "change",
     [
@@ -102,6 +119,52 @@ def test_paths_of_two_kinds_and_folders_with_nothing_shared_are_refused(tmp_path
         with pytest.raises(SystemExit) as left:
             main(["compare", *map(str, pair)])
         assert left.value.code == 2 and "A B" in capfd.readouterr().err
+
+
+def of_topics(*topics, number=2, made="2026-01-01T00:00:00Z"):
+    """A full record of counts of surfaces, whose topics are what is asked."""
+    cases = [{"topic": topic, "x": number} for topic in topics]
+    points = tuple(Point(case, (), columns({"n": [1, 2]})) for case in cases)
+    record = replace(a_record(made=made, scene=scene_digest(cases)), points=points)
+    return replace(record, experiment="law", version=experiments()["law"].version)
+
+
+@pytest.fixture
+def claims_by_topic(monkeypatch):
+    """Let each topic of ``law`` make one claim, of its own name."""
+
+    def judged(self, points):
+        return tuple(replace(HELD, estimand=point.case["topic"]) for point in points)
+
+    monkeypatch.setattr(Experiment, "judged", judged)
+
+
+def test_records_are_compared_by_the_topics_of_both(claims_by_topic):
+    whole, part = of_topics("scaling", "depth", "growth"), of_topics("depth")
+    for pair in ((whole, part), (part, whole)):
+        found = compare(*pair)
+        assert [(each.name, each.change) for each in found.differences] == [("depth", "same")]
+        assert found.same_samples
+        assert (found.before, found.after) == tuple(each.name for each in pair)
+    with pytest.raises(InputError, match="scene"):
+        compare(whole, of_topics("depth", number=3))
+    with pytest.raises(InputError, match="scene"):
+        compare(part, of_topics("growth"))
+
+
+def test_folders_meet_topic_by_topic_each_in_its_newest_record(claims_by_topic, tmp_path):
+    one, other = tmp_path / "one", tmp_path / "other"
+    old = write_record(of_topics("scaling", "depth"), one).name
+    new = write_record(of_topics("depth", made="2026-01-02T00:00:00Z"), one).name
+    write_record(of_topics("scaling", "depth", "growth"), other)
+    found = {each.before: [d.name for d in each.differences] for each in compare_paths(one, other)}
+    assert found == {old: ["scaling"], new: ["depth"]}
+    (tmp_path / "third").mkdir()
+    write_record(of_topics("growth"), tmp_path / "third")
+    with pytest.raises(InputError) as refused:
+        compare_paths(one, tmp_path / "third")
+    assert f"of law {one} has depth scaling, {tmp_path / 'third'} growth" in str(refused.value)
+    assert refused.value.cure.endswith(f"lodbench run growth -o {one}")
 
 
 # The published schema
