@@ -11,10 +11,10 @@ from functools import cache
 import numpy as np
 import pytest
 
+from bench.compare_runs import drifts, problems
 from bench.experiments.bar import EXPERIMENT
 from bench.images import as_shipped as bar
 from bench.images.differences import REFERENCE, TESTED, Looks, look
-from bench.records.compare_runs import drifts, problems
 from bench.records.records import Point, columns, merge_points
 from lod.shapes import Sticks, SticksAndTriangles
 from scenes.presets.load import load_preset

@@ -9,8 +9,8 @@ from bench.cli.flags import StrictCommand
 from bench.cli.output import Output, progress_bar, table
 
 if TYPE_CHECKING:
+    from bench.compare_runs import Comparison
     from bench.records.claims import Claim
-    from bench.records.compare_runs import Comparison
 
 
 @click.command("compare", cls=StrictCommand, json="One JSON object per experiment on stdout.")
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 @click.argument("after", metavar="B")
 def command(before: str, after: str, out: Output) -> None:
     """Compare two records, or two folders of them: claims, verdicts and samples."""
-    from bench.records.compare_runs import compare_paths
+    from bench.compare_runs import compare_paths
 
     with progress_bar("step") as show:
         show(0, 1, "reading records")

@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bench.compare_runs import compare, drifts, problems
 from bench.experiment import experiments
 from bench.images import fields
-from bench.records.compare_runs import compare, drifts, problems
 from bench.records.records import Column, Point, read_record, where
 from bench.runs import RunRequest, run_experiment
 from tests.bench.edited import edited, record_of, with_cases

@@ -9,9 +9,9 @@ import jsonschema
 import pytest
 
 from bench.cli.main import main
+from bench.compare_runs import compare, compare_paths
 from bench.experiment import Experiment, experiments
 from bench.records.claims import Claim
-from bench.records.compare_runs import compare, compare_paths
 from bench.records.provenance import provenance, scene_digest
 from bench.records.records import (
     Point,
