@@ -265,11 +265,11 @@ def compare_paths(before: Path, after: Path) -> tuple[Comparison, ...]:
     shared = [key for key in first if key in second]
     if not shared:
         raise _nothing_shared(before, after, set(first), set(second))
-    pairs: dict[tuple[int, int], set[str]] = {}
+    pairs: dict[tuple[int, int], tuple[Record, Record, set[str]]] = {}
     for key in shared:
-        pairs.setdefault((id(first[key]), id(second[key])), set()).add(key[2])
-    by_id = {id(record): record for record in (*first.values(), *second.values())}
-    return tuple(compare(by_id[a], by_id[b], topics) for (a, b), topics in pairs.items())
+        one, other = first[key], second[key]
+        pairs.setdefault((id(one), id(other)), (one, other, set()))[2].add(key[2])
+    return tuple(compare(*pair) for pair in pairs.values())
 
 
 def _nothing_shared(
@@ -296,7 +296,7 @@ def _nothing_shared(
 def _newest(folder: Path) -> dict[tuple[str, bool, str], Record]:
     newest: dict[tuple[str, bool, str], Record] = {}
     for record in read_records(folder):
-        for topic in _topics(record):
+        for topic in sorted(_topics(record)):
             newest.setdefault((record.subject, record.quick, topic), record)
     return newest
 
