@@ -99,8 +99,12 @@ def test_a_treatment_that_is_missing_under_one_sun_is_named():
     both = [seen("everything", [10, 40, 70] * 2), seen("species", [10, 40, 70])]
     made = record_of(replace(EXPERIMENTS["images"], topics={}), both)
     assert problems(made) == ()
-    missing = replace(made, points=(both[0], seen("species", [10, 10, 70])))
-    assert any("some suns are missing" in each for each in problems(missing))
+    odd = replace(made, points=tuple(seen(name, [10, 40, 70, 10]) for name in ("all", "species")))
+    assert problems(odd) == ()
+    for suns in ([10, 10, 70], [10, 40] * 2, [10, 40, 70, 10, 10]):
+        for points in ((both[0], seen("species", suns)), (seen("species", suns), both[0])):
+            found = problems(replace(made, points=points))
+            assert any("some suns are missing" in each for each in found), suns
 
 
 @pytest.mark.parametrize(
