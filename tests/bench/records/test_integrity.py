@@ -101,7 +101,7 @@ def test_a_treatment_that_is_missing_under_one_sun_is_named():
     assert problems(made) == ()
     odd = replace(made, points=tuple(seen(name, [10, 40, 70, 10]) for name in ("all", "species")))
     assert problems(odd) == ()
-    for suns in ([10, 10, 70], [10, 40] * 2, [10, 40, 70, 10, 10]):
+    for suns in ([10, 10, 70], [10, 40], [10, 40] * 2, [10, 40, 70, 10, 10]):
         for points in ((both[0], seen("species", suns)), (seen("species", suns), both[0])):
             found = problems(replace(made, points=points))
             assert any("some suns are missing" in each for each in found), suns
